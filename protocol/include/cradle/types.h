@@ -1,0 +1,141 @@
+/// The vocabulary that a game and the server share: plain values, SI units, double precision.
+///
+/// Frames: W is the world frame, B the frame of a body, Bo its origin, Bcm its centre of mass.
+/// A name says what is measured, of what, and in which frame: `v_WBcm` is the velocity of Bcm in W.
+/// Rotations turn body vectors into world vectors: `r_W = q_WB * r_B`.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <string>
+
+namespace cradle {
+
+struct Vec3 {
+  double x = 0, y = 0, z = 0;
+  friend bool operator==(const Vec3&, const Vec3&) = default;
+};
+
+/// A rotation. The server normalises what it receives; w = x = y = z = 0 is refused.
+struct Quat {
+  double w = 1, x = 0, y = 0, z = 0;
+  friend bool operator==(const Quat&, const Quat&) = default;
+};
+
+/// Number of a body in its world: grows with creation, is never used again, fits a double.
+/// Zero is no body.
+struct BodyId {
+  std::int64_t value = 0;
+  explicit operator bool() const { return value != 0; }
+  friend auto operator<=>(const BodyId&, const BodyId&) = default;
+};
+
+/// A number of steps since the start of the world. "Tick k" is the k-th step and the state after it.
+using Tick = std::int64_t;
+
+enum class BodyKind : std::int32_t {
+  fixed = 0,      ///< static: never moves, infinite mass
+  kinematic = 1,  ///< moves by its velocities alone, infinite mass
+  dynamic = 2,    ///< moves by forces and contacts
+};
+
+enum class ShapeKind : std::int32_t { none = 0, sphere = 1, box = 2, half_space = 3 };
+
+/// Geometry in the body frame, immutable.
+struct Shape {
+  ShapeKind kind = ShapeKind::none;
+  std::array<double, 8> parameters{};
+
+  static Shape none() { return {}; }
+  static Shape sphere(double radius_m) { return {ShapeKind::sphere, {radius_m}}; }
+  static Shape box(const Vec3& half_extents_m) {
+    return {ShapeKind::box, {half_extents_m.x, half_extents_m.y, half_extents_m.z}};
+  }
+  /// Solid where z_B <= 0. Only for bodies that are not dynamic.
+  static Shape half_space() { return {ShapeKind::half_space, {}}; }
+
+  double radius_m() const { return parameters[0]; }
+  Vec3 half_extents_m() const { return {parameters[0], parameters[1], parameters[2]}; }
+  friend bool operator==(const Shape&, const Shape&) = default;
+};
+
+struct Material {
+  double friction = 0.5;     ///< Coulomb coefficient; of two bodies: sqrt of the product
+  double restitution = 0.0;  ///< 0 .. 1; of two bodies: the larger
+  friend bool operator==(const Material&, const Material&) = default;
+};
+
+/// Everything needed to make one body.
+struct BodySpec {
+  BodyKind kind = BodyKind::dynamic;
+  Shape shape;
+  double mass_kg = 0;            ///< kg; 0: from the density
+  double density_kgpm3 = 1000;   ///< kg/m^3, used if mass_kg is 0
+  Vec3 inertia_kgm2;             ///< principal moments about Bcm along the axes of B; 0: from the shape
+  Material material;
+  Vec3 p_WBo;                    ///< m
+  Quat q_WB;
+  Vec3 v_WBcm;                   ///< m/s
+  Vec3 w_WB;                     ///< rad/s
+  std::string name;              ///< at most limits::kNameBytes, unique in the world unless empty
+  friend bool operator==(const BodySpec&, const BodySpec&) = default;
+};
+
+enum class WrenchQuantity : std::int32_t {
+  force = 0,            ///< N, constant over each tick
+  torque = 1,           ///< N m, constant over each tick
+  impulse = 2,          ///< N s, at the start of each tick
+  angular_impulse = 3,  ///< N m s, at the start of each tick
+  acceleration = 4,     ///< m/s^2: a force of mass times it, constant over each tick
+};
+enum class WrenchFrame : std::int32_t {
+  world = 0,
+  body = 1,  ///< the vector turns with the body, taken at each tick's start
+};
+enum class WrenchPoint : std::int32_t {
+  centre_of_mass = 0,
+  world_point = 1,  ///< stays where it is in W while the body moves
+  body_point = 2,   ///< moves with the body, taken at each tick's start
+};
+enum class WrenchDuration : std::int32_t { this_tick = 0, ticks = 1, until_cleared = 2 };
+
+/// One push: what, how much, in which frame, where, how long. Nothing is implied.
+struct Wrench {
+  BodyId body;
+  WrenchQuantity quantity = WrenchQuantity::force;
+  WrenchFrame frame = WrenchFrame::world;
+  WrenchPoint point_kind = WrenchPoint::centre_of_mass;
+  WrenchDuration duration = WrenchDuration::this_tick;
+  Tick ticks = 0;  ///< how many, if duration is `ticks`; else 0
+  Vec3 value;      ///< in the unit of the quantity, in `frame`
+  Vec3 point;      ///< m: in W, or from Bo in B; zero for centre_of_mass
+  friend bool operator==(const Wrench&, const Wrench&) = default;
+};
+
+/// A new pose, new velocities, or both, for one body.
+struct Motion {
+  BodyId body;
+  bool sets_pose = false;
+  bool sets_velocity = false;
+  Vec3 p_WBo;
+  Quat q_WB;
+  Vec3 v_WBcm;
+  Vec3 w_WB;
+  friend bool operator==(const Motion&, const Motion&) = default;
+};
+
+/// Motion of one body at one tick, as published.
+struct BodyState {
+  BodyId body;
+  BodyKind kind = BodyKind::dynamic;
+  bool in_contact = false;
+  bool quarantined = false;  ///< taken out of the simulation: its numbers had become unusable
+  Vec3 p_WBo;
+  Quat q_WB;
+  Vec3 v_WBcm;
+  Vec3 w_WB;
+  friend bool operator==(const BodyState&, const BodyState&) = default;
+};
+
+}  // namespace cradle

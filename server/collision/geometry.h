@@ -1,0 +1,39 @@
+/// Vectors, poses and boxes inside the physics: Eigen types, SI units, world frame unless named.
+#pragma once
+
+#include <cradle/types.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <limits>
+
+namespace cradle {
+
+using Vector = Eigen::Vector3d;
+using Matrix = Eigen::Matrix3d;
+using Rotation = Eigen::Quaterniond;
+
+inline Vector to_eigen(const Vec3& v) { return {v.x, v.y, v.z}; }
+inline Rotation to_eigen(const Quat& q) { return {q.w, q.x, q.y, q.z}; }
+inline Vec3 to_plain(const Vector& v) { return {v.x(), v.y(), v.z()}; }
+inline Quat to_plain(const Rotation& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+/// Where a shape is: a point of B is `x + R * r_B` in W.
+struct Pose {
+  Vector x = Vector::Zero();
+  Matrix R = Matrix::Identity();
+};
+
+/// Axis-aligned box in W; empty unless lower <= upper.
+struct Aabb {
+  Vector lower = Vector::Constant(std::numeric_limits<double>::infinity());
+  Vector upper = Vector::Constant(-std::numeric_limits<double>::infinity());
+
+  bool is_empty() const { return !(lower.array() <= upper.array()).all(); }
+  bool overlaps(const Aabb& other) const {
+    return (lower.array() <= other.upper.array()).all() &&
+           (other.lower.array() <= upper.array()).all();
+  }
+};
+
+}  // namespace cradle

@@ -1,0 +1,26 @@
+/// The result of the narrow phase: where and how two shapes touch, or are about to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "server/collision/geometry.h"
+
+namespace cradle {
+
+inline constexpr int kManifoldPoints = 4;
+
+struct ContactPoint {
+  Vector p_W = Vector::Zero();  ///< m, midway between the two surfaces along the normal
+  double separation = 0;        ///< m, along the normal; negative: overlap
+  std::uint32_t feature = 0;    ///< which features meet here; the same under small motion
+};
+
+/// Up to four points that share one normal.
+struct Manifold {
+  Vector normal_W = Vector::UnitZ();  ///< unit, from A to B
+  int count = 0;                      ///< of points; zero: nothing within the margin
+  std::array<ContactPoint, kManifoldPoints> points;
+};
+
+}  // namespace cradle

@@ -32,12 +32,12 @@ inline constexpr double kWrenchMax = 1e18;  ///< magnitude of any wrench, in its
 inline constexpr double kGravityMax_mps2 = 1e4;
 
 // Commands.
-inline constexpr int kReceiptsKept = 1024;     ///< a client, by sequence
-inline constexpr int kHeldCommands = 256;      ///< a client, behind a gap
-inline constexpr int kQueuedCommands = 4096;   ///< a client, for later ticks
+inline constexpr int kReceiptsKept = 1024;              ///< a client, by sequence
+inline constexpr int kHeldCommands = 256;               ///< a client, behind a gap
+inline constexpr int kQueuedCommands = 4096;            ///< a client, for later ticks
 inline constexpr std::int64_t kTicksAhead = 1'000'000;  ///< a target tick may lie ahead
-inline constexpr int kClients = 64;            ///< a world
-inline constexpr int kInboxDatagrams = 16384;  ///< waiting for the next tick
+inline constexpr int kClients = 64;                     ///< a world
+inline constexpr int kInboxDatagrams = 16384;           ///< waiting for the next tick
 inline constexpr std::int64_t kStepsPerCommand = 1'000'000;
 
 // World; the configuration may set lower ones.

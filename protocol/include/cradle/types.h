@@ -31,7 +31,8 @@ struct BodyId {
   friend auto operator<=>(const BodyId&, const BodyId&) = default;
 };
 
-/// A number of steps since the start of the world. "Tick k" is the k-th step and the state after it.
+/// A number of steps since the start of the world. "Tick k" is the k-th step and the state after
+/// it.
 using Tick = std::int64_t;
 
 enum class BodyKind : std::int32_t {
@@ -70,15 +71,15 @@ struct Material {
 struct BodySpec {
   BodyKind kind = BodyKind::dynamic;
   Shape shape;
-  double mass_kg = 0;            ///< kg; 0: from the density
-  double density_kgpm3 = 1000;   ///< kg/m^3, used if mass_kg is 0
-  Vec3 inertia_kgm2;             ///< principal moments about Bcm along the axes of B; 0: from the shape
+  double mass_kg = 0;           ///< kg; 0: from the density
+  double density_kgpm3 = 1000;  ///< kg/m^3, used if mass_kg is 0
+  Vec3 inertia_kgm2;  ///< principal moments about Bcm along the axes of B; 0: from the shape
   Material material;
-  Vec3 p_WBo;                    ///< m
+  Vec3 p_WBo;  ///< m
   Quat q_WB;
-  Vec3 v_WBcm;                   ///< m/s
-  Vec3 w_WB;                     ///< rad/s
-  std::string name;              ///< at most limits::kNameBytes, unique in the world unless empty
+  Vec3 v_WBcm;       ///< m/s
+  Vec3 w_WB;         ///< rad/s
+  std::string name;  ///< at most limits::kNameBytes, unique in the world unless empty
   friend bool operator==(const BodySpec&, const BodySpec&) = default;
 };
 

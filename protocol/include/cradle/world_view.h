@@ -1,0 +1,69 @@
+/// What a world tells about itself: its status and its events.
+#pragma once
+
+#include <cradle/result.h>
+#include <cradle/types.h>
+
+#include <cstdint>
+#include <string>
+
+namespace cradle {
+
+/// Heartbeat of a world, twice a second.
+struct WorldStatus {
+  std::int32_t protocol_version = 0;
+  bool paused = false;
+  bool lockstep = false;          ///< steps only on a step command
+  bool overloaded = false;        ///< ticks take longer than they should: time runs slow
+  bool controllable = false;      ///< clients may pause, resume and step
+  std::int64_t epoch = 0;         ///< random number of this run of the server
+  Tick tick = 0;                  ///< steps done since its start
+  std::int64_t tick_time_us = 0;  ///< simulated time, us
+  double rate_hz = 0;
+  double real_time_factor = 0;  ///< simulated over wall time, over the last second
+  std::int64_t bodies = 0;
+  std::int64_t contacts = 0;
+  std::int64_t clients = 0;
+  std::int64_t wrenches = 0;
+  double apply_us = 0;  ///< mean wall time a tick, by phase, over the last period
+  double collide_us = 0;
+  double solve_us = 0;
+  double publish_us = 0;
+  double penetration_max_m = 0;
+  double penetration_mean_m = 0;
+  std::int64_t overruns = 0;
+  std::int64_t commands_applied = 0;
+  std::int64_t commands_refused = 0;
+  std::int64_t datagrams_rejected = 0;
+  std::int64_t datagrams_dropped = 0;
+  std::int64_t chunks_dropped = 0;
+  std::int64_t quarantined = 0;
+  std::int32_t state_port = 0;
+  std::int32_t datagram_bytes = 0;
+  std::int32_t receive_buffer_bytes = 0;
+  std::string name;
+  friend bool operator==(const WorldStatus&, const WorldStatus&) = default;
+};
+
+enum class EventKind : std::int32_t {
+  spawned = 0,
+  removed = 1,
+  quarantined = 2,
+  described = 3,  ///< not news: told again for a client that came later
+};
+
+/// Something that happened to a body.
+struct Event {
+  EventKind kind = EventKind::spawned;
+  BodyId body;
+  std::int64_t client = 0;     ///< who asked for it; 0: the scene, or the server itself
+  Tick tick = 0;               ///< the first tick whose state shows it
+  Result reason = Result::ok;  ///< quarantined: not_finite or out_of_range
+  BodyKind body_kind = BodyKind::dynamic;
+  Shape shape;
+  double mass_kg = 0;  ///< 0: does not yield
+  std::string name;
+  friend bool operator==(const Event&, const Event&) = default;
+};
+
+}  // namespace cradle

@@ -1,0 +1,201 @@
+#include "protocol/validate.h"
+
+#include <cradle/limits.h>
+#include <cradle/version.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+
+namespace cradle {
+namespace {
+
+using namespace limits;
+
+bool is_finite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+bool is_finite(const Quat& q) {
+  return std::isfinite(q.w) && std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
+}
+bool is_within(const Vec3& v, double bound) {
+  return std::abs(v.x) <= bound && std::abs(v.y) <= bound && std::abs(v.z) <= bound;
+}
+bool is_zero(const Vec3& v) { return v == Vec3{}; }
+
+/// The first that is not ok.
+Result first_fault(std::initializer_list<Result> results) {
+  const auto fault =
+      std::find_if(results.begin(), results.end(), [](Result r) { return r != Result::ok; });
+  return fault == results.end() ? Result::ok : *fault;
+}
+
+Result check(const Vec3& v, double bound) {
+  if (!is_finite(v)) return Result::not_finite;
+  return is_within(v, bound) ? Result::ok : Result::out_of_range;
+}
+
+Result check_rotation(const Quat& q) {
+  if (!is_finite(q)) return Result::not_finite;
+  const double squared_norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  // The squares must neither vanish nor overflow, or normalising would lose the direction.
+  return squared_norm > 1e-200 && squared_norm < 1e200 ? Result::ok : Result::bad_rotation;
+}
+
+Result check_shape(const BodySpec& spec) {
+  for (double p : spec.shape.parameters) {
+    if (!std::isfinite(p)) return Result::not_finite;
+  }
+  std::size_t sizes = 0;
+  switch (spec.shape.kind) {
+    case ShapeKind::none:
+      break;
+    case ShapeKind::sphere:
+      sizes = 1;
+      break;
+    case ShapeKind::box:
+      sizes = 3;
+      break;
+    case ShapeKind::half_space:
+      if (spec.kind == BodyKind::dynamic) return Result::bad_shape;
+      break;
+    default:
+      return Result::bad_shape;
+  }
+  const auto& p = spec.shape.parameters;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (i >= sizes && p[i] != 0) return Result::bad_shape;
+    if (i < sizes && !(p[i] > 0)) return Result::bad_shape;
+    if (i < sizes && !(p[i] >= kSizeMin_m && p[i] <= kSizeMax_m)) return Result::out_of_range;
+  }
+  return Result::ok;
+}
+
+/// A mass and moments that a rigid body can have, before the shape adds its share.
+Result check_mass(const BodySpec& spec) {
+  const Vec3& J = spec.inertia_kgm2;
+  if (!std::isfinite(spec.mass_kg) || !std::isfinite(spec.density_kgpm3) || !is_finite(J)) {
+    return Result::not_finite;
+  }
+  if (spec.kind != BodyKind::dynamic) return Result::ok;
+  if (spec.mass_kg < 0 || spec.density_kgpm3 < 0) return Result::bad_mass;
+  const bool has_shape = spec.shape.kind != ShapeKind::none;
+  if (spec.mass_kg == 0 && (!has_shape || spec.density_kgpm3 == 0)) return Result::bad_mass;
+  if (spec.mass_kg > 0 && !(spec.mass_kg >= kMassMin_kg && spec.mass_kg <= kMassMax_kg)) {
+    return Result::out_of_range;
+  }
+  if (is_zero(J)) return Result::ok;  // from the shape, or a point that does not turn
+  if (!(J.x > 0 && J.y > 0 && J.z > 0)) return Result::bad_mass;
+  if (!(std::min({J.x, J.y, J.z}) >= kInertiaMin_kgm2 && is_within(J, kInertiaMax_kgm2))) {
+    return Result::out_of_range;
+  }
+  // No mass distribution has a moment larger than the sum of the other two.
+  const double slack = 1e-9 * std::max({J.x, J.y, J.z});
+  const bool is_physical =
+      J.x <= J.y + J.z + slack && J.y <= J.z + J.x + slack && J.z <= J.x + J.y + slack;
+  return is_physical ? Result::ok : Result::bad_mass;
+}
+
+Result check_material(const Material& m) {
+  if (!std::isfinite(m.friction) || !std::isfinite(m.restitution)) return Result::not_finite;
+  const bool is_in_range =
+      m.friction >= 0 && m.friction <= kFrictionMax && m.restitution >= 0 && m.restitution <= 1;
+  return is_in_range ? Result::ok : Result::out_of_range;
+}
+
+/// Length of the UTF-8 sequence that `lead` begins, 0 if it begins none (Unicode 15, table 3-7,
+/// without the narrower second bytes of E0, ED, F0 and F4).
+int sequence_length(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead >= 0xC2 && lead <= 0xDF) return 2;
+  if (lead >= 0xE0 && lead <= 0xEF) return 3;
+  if (lead >= 0xF0 && lead <= 0xF4) return 4;
+  return 0;
+}
+
+Result validate(BodyId id) { return id.value > 0 ? Result::ok : Result::unknown_body; }
+
+template <class Items>
+Outcome validate_items(const Items& items) {
+  if (items.empty()) return {Result::malformed, {}, 0};
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Result result = validate(items[i]);
+    if (result != Result::ok) return {result, {}, static_cast<std::int32_t>(i)};
+  }
+  return {};
+}
+
+struct Validator {
+  Outcome operator()(const Hello& c) const {
+    if (c.protocol_version != kProtocolVersion) return {Result::bad_version, {}, 0};
+    return {is_name(c.name, kNameBytes) ? Result::ok : Result::bad_name, {}, 0};
+  }
+  Outcome operator()(const Spawn& c) const { return validate_items(c.bodies); }
+  Outcome operator()(const Despawn& c) const { return validate_items(c.bodies); }
+  Outcome operator()(const Push& c) const { return validate_items(c.wrenches); }
+  Outcome operator()(const ClearWrenches& c) const { return validate_items(c.bodies); }
+  Outcome operator()(const SetMotion& c) const { return validate_items(c.motions); }
+  Outcome operator()(const SetGravity& c) const { return {validate_gravity(c.gravity_W), {}, 0}; }
+  Outcome operator()(const Control& c) const {
+    if (c.action != ControlAction::step)
+      return {c.steps == 0 ? Result::ok : Result::malformed, {}, 0};
+    const bool is_in_range = c.steps >= 1 && c.steps <= kStepsPerCommand;
+    return {is_in_range ? Result::ok : Result::out_of_range, {}, 0};
+  }
+};
+
+}  // namespace
+
+bool is_name(std::string_view name, int max_bytes) {
+  if (name.size() > static_cast<std::size_t>(max_bytes)) return false;
+  for (std::size_t i = 0; i < name.size();) {
+    const auto lead = static_cast<unsigned char>(name[i]);
+    const int length = sequence_length(lead);
+    if (length == 0 || lead < 0x20 || lead == 0x7F) return false;
+    if (i + static_cast<std::size_t>(length) > name.size()) return false;
+    for (int k = 1; k < length; ++k) {
+      if ((static_cast<unsigned char>(name[i + static_cast<std::size_t>(k)]) & 0xC0) != 0x80) {
+        return false;
+      }
+    }
+    i += static_cast<std::size_t>(length);
+  }
+  return true;
+}
+
+Result validate(const BodySpec& spec) {
+  return first_fault({check_shape(spec), check_mass(spec), check_material(spec.material),
+                      check(spec.p_WBo, kPositionMax_m), check_rotation(spec.q_WB),
+                      check(spec.v_WBcm, kSpeedMax_mps), check(spec.w_WB, kAngularSpeedMax_radps),
+                      is_name(spec.name, kNameBytes) ? Result::ok : Result::bad_name});
+}
+
+Result validate(const Wrench& w) {
+  if (w.body.value <= 0) return Result::unknown_body;
+  const Result numbers = first_fault({check(w.value, kWrenchMax), check(w.point, kPositionMax_m)});
+  if (numbers != Result::ok) return numbers;
+  const bool is_pure_moment =
+      w.quantity == WrenchQuantity::torque || w.quantity == WrenchQuantity::angular_impulse;
+  const bool is_central = w.point_kind == WrenchPoint::centre_of_mass;
+  if (is_pure_moment && !is_central) return Result::bad_wrench;
+  if (is_central && !is_zero(w.point)) return Result::bad_wrench;
+  const bool is_counted = w.duration == WrenchDuration::ticks;
+  return is_counted == (w.ticks >= 1) && w.ticks >= 0 ? Result::ok : Result::bad_wrench;
+}
+
+Result validate(const Motion& m) {
+  if (m.body.value <= 0) return Result::unknown_body;
+  if (!m.sets_pose && !m.sets_velocity) return Result::malformed;
+  Result result = Result::ok;
+  if (m.sets_pose) result = first_fault({check(m.p_WBo, kPositionMax_m), check_rotation(m.q_WB)});
+  if (result == Result::ok && m.sets_velocity) {
+    result = first_fault({check(m.v_WBcm, kSpeedMax_mps), check(m.w_WB, kAngularSpeedMax_radps)});
+  }
+  return result;
+}
+
+Result validate_gravity(const Vec3& gravity_W) { return check(gravity_W, kGravityMax_mps2); }
+
+Outcome validate(const CommandBody& body) { return std::visit(Validator{}, body); }
+
+}  // namespace cradle

@@ -1,0 +1,433 @@
+#include "protocol/wire_convert.h"
+
+#include <cradle/limits.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string_view>
+
+namespace cradle {
+namespace {
+
+// --- single fields
+// --------------------------------------------------------------------------------
+
+void put(const Vec3& v, double (&out)[3]) {
+  out[0] = v.x;
+  out[1] = v.y;
+  out[2] = v.z;
+}
+void put(const Quat& q, double (&out)[4]) {
+  out[0] = q.w;
+  out[1] = q.x;
+  out[2] = q.y;
+  out[3] = q.z;
+}
+void put(const std::string& name, std::uint8_t (&out)[32]) {
+  std::memset(out, 0, sizeof out);
+  std::memcpy(out, name.data(), std::min<std::size_t>(name.size(), limits::kNameBytes));
+}
+
+Vec3 vector(const double (&in)[3]) { return {in[0], in[1], in[2]}; }
+Quat rotation(const double (&in)[4]) { return {in[0], in[1], in[2], in[3]}; }
+
+bool get(const std::uint8_t (&in)[32], std::string& name) {
+  const auto* const end = std::find(std::begin(in), std::end(in), std::uint8_t{0});
+  if (end == std::end(in)) return false;
+  name.assign(std::begin(in), end);
+  return std::all_of(end, std::end(in), [](std::uint8_t byte) { return byte == 0; });
+}
+
+/// Enumerators are numbered from 0; `last` is the largest.
+template <class Enum>
+bool get(std::int32_t in, Enum last, Enum& out) {
+  if (in < 0 || in > static_cast<std::int32_t>(last)) return false;
+  out = static_cast<Enum>(in);
+  return true;
+}
+
+bool is_integer(std::int64_t value, std::int64_t lowest = 0) {
+  return value >= lowest && value <= limits::kIntegerMax;
+}
+
+// --- items
+// ----------------------------------------------------------------------------------------
+
+void to_wire(const BodySpec& v, wire::body_spec_v1& w) {
+  w.kind = static_cast<std::int32_t>(v.kind);
+  w.shape = static_cast<std::int32_t>(v.shape.kind);
+  std::copy(v.shape.parameters.begin(), v.shape.parameters.end(), w.shape_parameters);
+  w.mass_kg = v.mass_kg;
+  w.density_kgpm3 = v.density_kgpm3;
+  put(v.inertia_kgm2, w.inertia_kgm2);
+  w.friction = v.material.friction;
+  w.restitution = v.material.restitution;
+  put(v.p_WBo, w.p_WBo_m);
+  put(v.q_WB, w.q_WB);
+  put(v.v_WBcm, w.v_WBcm_mps);
+  put(v.w_WB, w.w_WB_radps);
+  put(v.name, w.name);
+}
+
+bool from_wire(const wire::body_spec_v1& w, BodySpec& v) {
+  std::copy(std::begin(w.shape_parameters), std::end(w.shape_parameters),
+            v.shape.parameters.begin());
+  v.mass_kg = w.mass_kg;
+  v.density_kgpm3 = w.density_kgpm3;
+  v.inertia_kgm2 = vector(w.inertia_kgm2);
+  v.material = {w.friction, w.restitution};
+  v.p_WBo = vector(w.p_WBo_m);
+  v.q_WB = rotation(w.q_WB);
+  v.v_WBcm = vector(w.v_WBcm_mps);
+  v.w_WB = vector(w.w_WB_radps);
+  return get(w.kind, BodyKind::dynamic, v.kind) &&
+         get(w.shape, ShapeKind::half_space, v.shape.kind) && get(w.name, v.name);
+}
+
+void to_wire(BodyId v, std::int64_t& w) { w = v.value; }
+bool from_wire(std::int64_t w, BodyId& v) {
+  v.value = w;
+  return is_integer(w);
+}
+
+void to_wire(const Wrench& v, wire::wrench_spec_v1& w) {
+  w.body = v.body.value;
+  w.quantity = static_cast<std::int32_t>(v.quantity);
+  w.frame = static_cast<std::int32_t>(v.frame);
+  w.point_kind = static_cast<std::int32_t>(v.point_kind);
+  w.duration_kind = static_cast<std::int32_t>(v.duration);
+  w.ticks = v.ticks;
+  put(v.value, w.value);
+  put(v.point, w.point_m);
+}
+
+bool from_wire(const wire::wrench_spec_v1& w, Wrench& v) {
+  v.body.value = w.body;
+  v.ticks = w.ticks;
+  v.value = vector(w.value);
+  v.point = vector(w.point_m);
+  return is_integer(w.body) && is_integer(w.ticks) &&
+         get(w.quantity, WrenchQuantity::acceleration, v.quantity) &&
+         get(w.frame, WrenchFrame::body, v.frame) &&
+         get(w.point_kind, WrenchPoint::body_point, v.point_kind) &&
+         get(w.duration_kind, WrenchDuration::until_cleared, v.duration);
+}
+
+void to_wire(const Motion& v, wire::motion_spec_v1& w) {
+  using wire::motion_spec_v1;
+  w.body = v.body.value;
+  w.what =
+      (v.sets_pose ? motion_spec_v1::POSE : 0) | (v.sets_velocity ? motion_spec_v1::VELOCITY : 0);
+  put(v.p_WBo, w.p_WBo_m);
+  put(v.q_WB, w.q_WB);
+  put(v.v_WBcm, w.v_WBcm_mps);
+  put(v.w_WB, w.w_WB_radps);
+}
+
+bool from_wire(const wire::motion_spec_v1& w, Motion& v) {
+  v.body.value = w.body;
+  v.sets_pose = (w.what & wire::motion_spec_v1::POSE) != 0;
+  v.sets_velocity = (w.what & wire::motion_spec_v1::VELOCITY) != 0;
+  v.p_WBo = vector(w.p_WBo_m);
+  v.q_WB = rotation(w.q_WB);
+  v.v_WBcm = vector(w.v_WBcm_mps);
+  v.w_WB = vector(w.w_WB_radps);
+  return is_integer(w.body) && w.what >= 0 &&
+         w.what <= int{wire::motion_spec_v1::POSE} + int{wire::motion_spec_v1::VELOCITY};
+}
+
+void to_wire(const Receipt& v, wire::receipt_v1& w) {
+  w.client = v.client;
+  w.sequence = v.sequence;
+  w.tick = v.tick;
+  w.body = v.outcome.body.value;
+  w.result = static_cast<std::int32_t>(v.outcome.result);
+  w.item = v.outcome.item;
+}
+
+bool from_wire(const wire::receipt_v1& w, Receipt& v) {
+  v.client = w.client;
+  v.sequence = w.sequence;
+  v.tick = w.tick;
+  v.outcome.body.value = w.body;
+  v.outcome.result = static_cast<Result>(w.result);
+  v.outcome.item = w.item;
+  return is_integer(w.client) && is_integer(w.sequence) && is_integer(w.tick) &&
+         is_integer(w.body) && to_string(v.outcome.result) != "unlisted";
+}
+
+void to_wire(const BodyState& v, wire::body_state_v1& w) {
+  using wire::body_state_v1;
+  w.body = v.body.value;
+  w.kind = static_cast<std::int32_t>(v.kind);
+  w.flags = (v.in_contact ? body_state_v1::IN_CONTACT : 0) |
+            (v.quarantined ? body_state_v1::QUARANTINED : 0);
+  put(v.p_WBo, w.p_WBo_m);
+  put(v.q_WB, w.q_WB);
+  put(v.v_WBcm, w.v_WBcm_mps);
+  put(v.w_WB, w.w_WB_radps);
+}
+
+bool from_wire(const wire::body_state_v1& w, BodyState& v) {
+  v.body.value = w.body;
+  v.in_contact = (w.flags & wire::body_state_v1::IN_CONTACT) != 0;
+  v.quarantined = (w.flags & wire::body_state_v1::QUARANTINED) != 0;
+  v.p_WBo = vector(w.p_WBo_m);
+  v.q_WB = rotation(w.q_WB);
+  v.v_WBcm = vector(w.v_WBcm_mps);
+  v.w_WB = vector(w.w_WB_radps);
+  const int known = int{wire::body_state_v1::IN_CONTACT} + int{wire::body_state_v1::QUARANTINED};
+  return is_integer(w.body, 1) && (w.flags & ~known) == 0 && get(w.kind, BodyKind::dynamic, v.kind);
+}
+
+void to_wire(const Event& v, wire::event_v1& w) {
+  w.body = v.body.value;
+  w.client = v.client;
+  w.tick = v.tick;
+  w.event = static_cast<std::int32_t>(v.kind);
+  w.reason = static_cast<std::int32_t>(v.reason);
+  w.kind = static_cast<std::int32_t>(v.body_kind);
+  w.shape = static_cast<std::int32_t>(v.shape.kind);
+  std::copy(v.shape.parameters.begin(), v.shape.parameters.end(), w.shape_parameters);
+  w.mass_kg = v.mass_kg;
+  put(v.name, w.name);
+}
+
+bool from_wire(const wire::event_v1& w, Event& v) {
+  v.body.value = w.body;
+  v.client = w.client;
+  v.tick = w.tick;
+  v.reason = static_cast<Result>(w.reason);
+  std::copy(std::begin(w.shape_parameters), std::end(w.shape_parameters),
+            v.shape.parameters.begin());
+  v.mass_kg = w.mass_kg;
+  return is_integer(w.body, 1) && is_integer(w.client) && is_integer(w.tick) &&
+         to_string(v.reason) != "unlisted" && get(w.event, EventKind::described, v.kind) &&
+         get(w.kind, BodyKind::dynamic, v.body_kind) &&
+         get(w.shape, ShapeKind::half_space, v.shape.kind) && get(w.name, v.name);
+}
+
+template <class Wire, class Items>
+Wire list_to_wire(const Items& items) {
+  Wire w{};
+  w.count = static_cast<std::int32_t>(items.size());
+  items_of(w).resize(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) to_wire(items[i], items_of(w)[i]);
+  return w;
+}
+
+template <class WireItems, class Items>
+bool list_from_wire(const WireItems& wire_items, Items& items) {
+  items.resize(wire_items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (!from_wire(wire_items[i], items[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+// --- commands
+// -------------------------------------------------------------------------------------
+
+wire::command_header_v1 to_wire(const CommandHeader& v) {
+  return {v.client, v.sequence, v.epoch, v.target_tick};
+}
+bool from_wire(const wire::command_header_v1& w, CommandHeader& v) {
+  v = {w.client, w.sequence, w.epoch, w.target_tick};
+  return is_integer(w.client, 1) && is_integer(w.sequence, 1) && is_integer(w.epoch) &&
+         is_integer(w.target_tick);
+}
+
+wire::hello_v1 to_wire(const Hello& v) {
+  wire::hello_v1 w{};
+  w.protocol_version = v.protocol_version;
+  put(v.name, w.name);
+  return w;
+}
+bool from_wire(const wire::hello_v1& w, Hello& v) {
+  v.protocol_version = w.protocol_version;
+  return get(w.name, v.name);
+}
+
+wire::spawn_v1 to_wire(const Spawn& v) { return list_to_wire<wire::spawn_v1>(v.bodies); }
+bool from_wire(const wire::spawn_v1& w, Spawn& v) { return list_from_wire(w.bodies, v.bodies); }
+
+wire::despawn_v1 to_wire(const Despawn& v) { return list_to_wire<wire::despawn_v1>(v.bodies); }
+bool from_wire(const wire::despawn_v1& w, Despawn& v) {
+  return list_from_wire(w.removed, v.bodies);
+}
+
+wire::wrench_v1 to_wire(const Push& v) { return list_to_wire<wire::wrench_v1>(v.wrenches); }
+bool from_wire(const wire::wrench_v1& w, Push& v) { return list_from_wire(w.wrenches, v.wrenches); }
+
+wire::clear_wrenches_v1 to_wire(const ClearWrenches& v) {
+  return list_to_wire<wire::clear_wrenches_v1>(v.bodies);
+}
+bool from_wire(const wire::clear_wrenches_v1& w, ClearWrenches& v) {
+  return list_from_wire(w.cleared, v.bodies);
+}
+
+wire::set_motion_v1 to_wire(const SetMotion& v) {
+  return list_to_wire<wire::set_motion_v1>(v.motions);
+}
+bool from_wire(const wire::set_motion_v1& w, SetMotion& v) {
+  return list_from_wire(w.motions, v.motions);
+}
+
+wire::set_gravity_v1 to_wire(const SetGravity& v) {
+  wire::set_gravity_v1 w{};
+  put(v.gravity_W, w.gravity_mps2);
+  return w;
+}
+bool from_wire(const wire::set_gravity_v1& w, SetGravity& v) {
+  v.gravity_W = vector(w.gravity_mps2);
+  return true;
+}
+
+wire::control_v1 to_wire(const Control& v) {
+  wire::control_v1 w{};
+  w.action = static_cast<std::int32_t>(v.action);
+  w.steps = v.steps;
+  return w;
+}
+bool from_wire(const wire::control_v1& w, Control& v) {
+  v.steps = w.steps;
+  return is_integer(w.steps) && get(w.action, ControlAction::shutdown, v.action);
+}
+
+// --- of the server
+// --------------------------------------------------------------------------------
+
+wire::receipts_v1 to_wire(const Receipts& v) {
+  auto w = list_to_wire<wire::receipts_v1>(v.receipts);
+  w.epoch = v.epoch;
+  return w;
+}
+bool from_wire(const wire::receipts_v1& w, Receipts& v) {
+  v.epoch = w.epoch;
+  return is_integer(w.epoch) && list_from_wire(w.receipts, v.receipts);
+}
+
+wire::world_status_v1 to_wire(const WorldStatus& v) {
+  using wire::world_status_v1;
+  wire::world_status_v1 w{};
+  w.protocol_version = v.protocol_version;
+  w.flags = (v.paused ? world_status_v1::PAUSED : 0) |
+            (v.lockstep ? world_status_v1::LOCKSTEP : 0) |
+            (v.overloaded ? world_status_v1::OVERLOADED : 0) |
+            (v.controllable ? world_status_v1::CONTROLLABLE : 0);
+  w.epoch = v.epoch;
+  w.tick = v.tick;
+  w.tick_time_us = v.tick_time_us;
+  w.rate_hz = v.rate_hz;
+  w.real_time_factor = v.real_time_factor;
+  w.bodies = v.bodies;
+  w.contacts = v.contacts;
+  w.clients = v.clients;
+  w.wrenches = v.wrenches;
+  w.apply_us = v.apply_us;
+  w.collide_us = v.collide_us;
+  w.solve_us = v.solve_us;
+  w.publish_us = v.publish_us;
+  w.penetration_max_m = v.penetration_max_m;
+  w.penetration_mean_m = v.penetration_mean_m;
+  w.overruns = v.overruns;
+  w.commands_applied = v.commands_applied;
+  w.commands_refused = v.commands_refused;
+  w.datagrams_rejected = v.datagrams_rejected;
+  w.datagrams_dropped = v.datagrams_dropped;
+  w.chunks_dropped = v.chunks_dropped;
+  w.quarantined = v.quarantined;
+  w.state_port = v.state_port;
+  w.datagram_bytes = v.datagram_bytes;
+  w.receive_buffer_bytes = v.receive_buffer_bytes;
+  put(v.name, w.name);
+  return w;
+}
+bool from_wire(const wire::world_status_v1& w, WorldStatus& v) {
+  using wire::world_status_v1;
+  const int known = int{world_status_v1::PAUSED} + int{world_status_v1::LOCKSTEP} +
+                    int{world_status_v1::OVERLOADED} + int{world_status_v1::CONTROLLABLE};
+  v.protocol_version = w.protocol_version;
+  v.paused = (w.flags & world_status_v1::PAUSED) != 0;
+  v.lockstep = (w.flags & world_status_v1::LOCKSTEP) != 0;
+  v.overloaded = (w.flags & world_status_v1::OVERLOADED) != 0;
+  v.controllable = (w.flags & world_status_v1::CONTROLLABLE) != 0;
+  v.epoch = w.epoch;
+  v.tick = w.tick;
+  v.tick_time_us = w.tick_time_us;
+  v.rate_hz = w.rate_hz;
+  v.real_time_factor = w.real_time_factor;
+  v.bodies = w.bodies;
+  v.contacts = w.contacts;
+  v.clients = w.clients;
+  v.wrenches = w.wrenches;
+  v.apply_us = w.apply_us;
+  v.collide_us = w.collide_us;
+  v.solve_us = w.solve_us;
+  v.publish_us = w.publish_us;
+  v.penetration_max_m = w.penetration_max_m;
+  v.penetration_mean_m = w.penetration_mean_m;
+  v.overruns = w.overruns;
+  v.commands_applied = w.commands_applied;
+  v.commands_refused = w.commands_refused;
+  v.datagrams_rejected = w.datagrams_rejected;
+  v.datagrams_dropped = w.datagrams_dropped;
+  v.chunks_dropped = w.chunks_dropped;
+  v.quarantined = w.quarantined;
+  v.state_port = w.state_port;
+  v.datagram_bytes = w.datagram_bytes;
+  v.receive_buffer_bytes = w.receive_buffer_bytes;
+  return (w.flags & ~known) == 0 && is_integer(w.epoch, 1) && is_integer(w.tick) &&
+         is_integer(w.tick_time_us) && get(w.name, v.name);
+}
+
+wire::body_states_v1 to_wire(const StateChunk& v) {
+  auto w = list_to_wire<wire::body_states_v1>(v.states);
+  w.epoch = v.epoch;
+  w.tick = v.tick;
+  w.tick_time_us = v.tick_time_us;
+  w.sent_us = v.sent_us;
+  w.chunk = v.chunk;
+  w.chunks = v.chunks;
+  w.first_body = v.first_body.value;
+  w.last_body = v.last_body.value;
+  return w;
+}
+bool from_wire(const wire::body_states_v1& w, StateChunk& v) {
+  v.epoch = w.epoch;
+  v.tick = w.tick;
+  v.tick_time_us = w.tick_time_us;
+  v.sent_us = w.sent_us;
+  v.chunk = w.chunk;
+  v.chunks = w.chunks;
+  v.first_body.value = w.first_body;
+  v.last_body.value = w.last_body;
+  if (!is_integer(w.epoch, 1) || !is_integer(w.tick) || !is_integer(w.tick_time_us) ||
+      !is_integer(w.sent_us) || !is_integer(w.first_body) || !is_integer(w.last_body) ||
+      w.chunk < 0 || w.chunk >= w.chunks || !list_from_wire(w.states, v.states)) {
+    return false;
+  }
+  const auto by_id = [](const BodyState& a, const BodyState& b) { return a.body < b.body; };
+  const bool is_ascending =
+      std::adjacent_find(v.states.begin(), v.states.end(), [&](const auto& a, const auto& b) {
+        return !by_id(a, b);
+      }) == v.states.end();
+  return is_ascending && (v.states.empty() || (v.states.front().body >= v.first_body &&
+                                               v.states.back().body <= v.last_body));
+}
+
+wire::events_v1 to_wire(const Events& v) {
+  auto w = list_to_wire<wire::events_v1>(v.events);
+  w.epoch = v.epoch;
+  w.first = v.first;
+  return w;
+}
+bool from_wire(const wire::events_v1& w, Events& v) {
+  v.epoch = w.epoch;
+  v.first = w.first;
+  return is_integer(w.epoch, 1) && is_integer(w.first) && list_from_wire(w.events, v.events);
+}
+
+}  // namespace cradle

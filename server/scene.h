@@ -1,0 +1,40 @@
+/// Scene files (TOML): a world's settings, its bodies, and what pushes them when.
+///
+/// README.md of tests/scenes documents every key. A file is refused as a whole, with line and reason.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <cradle/types.h>
+
+#include "server/world/settings.h"
+
+namespace cradle {
+
+/// A wrench of a scene: begins before the step of `tick`; its body is named by its place in the list.
+struct TimedWrench {
+  Tick tick = 1;           ///< 1: before the first step
+  std::size_t body = 0;    ///< index into Scene::bodies
+  Wrench wrench;           ///< without body
+};
+
+struct Scene {
+  WorldSettings settings;
+  std::vector<BodySpec> bodies;
+  std::vector<TimedWrench> wrenches;  ///< in ascending order of ticks
+};
+
+/// "FILE:LINE: reason"
+class SceneError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws SceneError.
+Scene load_scene(const std::string& path);
+Scene parse_scene(std::string_view text, const std::string& name);
+
+}  // namespace cradle

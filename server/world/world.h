@@ -1,0 +1,112 @@
+/// The world: owns the bodies and moves them from tick to tick. A pure function of the commands it
+/// was given: no clock, no thread of its own, no file, no log.
+///
+/// Bodies are kept in the order of their creation, which is the order of their ids; everything is
+/// done in that order. One thread at a time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <cradle/world_view.h>
+
+#include "protocol/command.h"
+#include "server/collision/executor.h"
+#include "server/world/settings.h"
+
+namespace cradle {
+
+/// Parts of a step, for whoever measures them.
+enum class Phase { collide, solve };
+
+class StepObserver {
+ public:
+  virtual ~StepObserver() = default;
+  virtual void enter(Phase phase) = 0;
+};
+
+/// What one step came to.
+struct StepReport {
+  int contacts = 0;                 ///< points with separation <= 0 at the tick's start
+  double penetration_max_m = 0;     ///< of those points
+  double penetration_mean_m = 0;
+  int bodies_in_contact = 0;        ///< that were sub-stepped
+};
+
+/// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.
+struct Totals {
+  double kinetic_energy_J = 0;
+  double potential_energy_J = 0;    ///< in the present gravity, zero at the origin
+  Vec3 momentum_Ns;
+  Vec3 angular_momentum_Nms;
+};
+
+class World {
+ public:
+  explicit World(const WorldSettings& settings);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  // --- commands: all of a list or nothing; what is refused changes nothing -------------------------
+
+  /// Ids of the bodies made are consecutive, from Outcome::body on.
+  Outcome spawn(std::span<const BodySpec> specs);
+  Outcome despawn(std::span<const BodyId> bodies);
+  Outcome push(std::span<const Wrench> wrenches);
+  Outcome clear_wrenches(std::span<const BodyId> bodies);
+  Outcome set_motion(std::span<const Motion> motions);
+  Outcome set_gravity(const Vec3& gravity_W);
+
+  // --- time -----------------------------------------------------------------------------------------
+
+  /// One tick. `observer` may be null.
+  StepReport step(Executor& executor, StepObserver* observer = nullptr);
+  StepReport step();
+
+  // --- what there is --------------------------------------------------------------------------------
+
+  Tick tick() const;
+  const WorldSettings& settings() const;
+  Vec3 gravity_W() const;
+  std::int64_t body_count() const;
+  std::int64_t wrench_count() const;
+  std::int64_t quarantined_count() const;  ///< since the start
+
+  /// In ascending order of ids. Replaces what is in `states`.
+  void snapshot(std::vector<BodyState>& states) const;
+
+  /// The state of one body; false if there is none of that id.
+  bool find(BodyId body, BodyState& state) const;
+
+  /// The first `count` bodies with ids above `after`, as events of kind `described`.
+  std::vector<Event> describe(BodyId after, int count) const;
+
+  /// What happened since the last call: spawned, removed, quarantined. Event::client is 0.
+  std::vector<Event> take_events();
+
+  Totals totals() const;
+
+  /// Digest of everything that influences the next tick.
+  std::array<std::uint8_t, 8> hash() const;
+
+  /// For tests: the bytes of every named part that the hash covers, to change and look.
+  struct StatePart {
+    std::string name;
+    std::span<std::byte> bytes;
+  };
+  std::vector<StatePart> state_parts();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The contact solvers that WorldSettings::solver can name, the default first.
+std::vector<std::string> solver_names();
+
+}  // namespace cradle

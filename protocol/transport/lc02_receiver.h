@@ -39,6 +39,8 @@ class Lc02Receiver {
   /// Counters received, rejected, dropped_by_kernel and the buffer's size.
   const TransportStats& stats() const { return stats_; }
 
+  int file_descriptor() const { return socket_; }
+
  private:
   struct Buffers;
 

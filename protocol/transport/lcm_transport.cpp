@@ -50,6 +50,8 @@ class LcmTransport final : public Transport {
     return stats;
   }
 
+  int file_descriptor() const override { return receiver_ ? receiver_->file_descriptor() : -1; }
+
  private:
   std::unique_ptr<lcm_t, LcmDeleter> lcm_;
   std::unique_ptr<Lc02Receiver> receiver_;

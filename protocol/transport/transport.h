@@ -42,6 +42,9 @@ class Transport {
   virtual int receive(std::chrono::microseconds timeout, const Sink& sink) = 0;
 
   virtual TransportStats stats() const = 0;
+
+  /// Readable when messages wait, for ::poll on several at once; -1 where there is none.
+  virtual int file_descriptor() const { return -1; }
 };
 
 /// A transport, or why there is none.

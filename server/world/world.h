@@ -5,14 +5,14 @@
 /// done in that order. One thread at a time.
 #pragma once
 
+#include <cradle/world_view.h>
+
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
-
-#include <cradle/world_view.h>
 
 #include "protocol/command.h"
 #include "server/collision/executor.h"
@@ -31,28 +31,31 @@ class StepObserver {
 
 /// What one step came to.
 struct StepReport {
-  int contacts = 0;                 ///< points with separation <= 0 at the tick's start
-  double penetration_max_m = 0;     ///< of those points
+  int contacts = 0;              ///< points with separation <= 0 at the tick's start
+  double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
-  int bodies_in_contact = 0;        ///< that were sub-stepped
+  int bodies_in_contact = 0;  ///< that were sub-stepped
 };
 
 /// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.
 struct Totals {
   double kinetic_energy_J = 0;
-  double potential_energy_J = 0;    ///< in the present gravity, zero at the origin
+  double potential_energy_J = 0;  ///< in the present gravity, zero at the origin
   Vec3 momentum_Ns;
   Vec3 angular_momentum_Nms;
 };
 
 class World {
  public:
+  struct State;  ///< state.h; for the files of this folder
+
   explicit World(const WorldSettings& settings);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
-  // --- commands: all of a list or nothing; what is refused changes nothing -------------------------
+  // --- commands: all of a list or nothing; what is refused changes nothing
+  // -------------------------
 
   /// Ids of the bodies made are consecutive, from Outcome::body on.
   Outcome spawn(std::span<const BodySpec> specs);
@@ -62,13 +65,15 @@ class World {
   Outcome set_motion(std::span<const Motion> motions);
   Outcome set_gravity(const Vec3& gravity_W);
 
-  // --- time -----------------------------------------------------------------------------------------
+  // --- time
+  // -----------------------------------------------------------------------------------------
 
   /// One tick. `observer` may be null.
   StepReport step(Executor& executor, StepObserver* observer = nullptr);
   StepReport step();
 
-  // --- what there is --------------------------------------------------------------------------------
+  // --- what there is
+  // --------------------------------------------------------------------------------
 
   Tick tick() const;
   const WorldSettings& settings() const;
@@ -102,7 +107,7 @@ class World {
   std::vector<StatePart> state_parts();
 
  private:
-  struct State;
+  struct Steps;
   std::unique_ptr<State> state_;
 };
 

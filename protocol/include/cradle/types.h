@@ -41,7 +41,8 @@ enum class BodyKind : std::int32_t {
   dynamic = 2,    ///< moves by forces and contacts
 };
 
-enum class ShapeKind : std::int32_t { none = 0, sphere = 1, box = 2, half_space = 3 };
+/// 64 bits wide, so that a Shape has no padding and its bytes can be hashed.
+enum class ShapeKind : std::int64_t { none = 0, sphere = 1, box = 2, half_space = 3 };
 
 /// Geometry in the body frame, immutable.
 struct Shape {

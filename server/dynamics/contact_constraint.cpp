@@ -1,0 +1,54 @@
+#include "server/dynamics/contact_constraint.h"
+
+#include <cmath>
+
+namespace cradle {
+
+void tangents(const Vector& n, Vector& t1, Vector& t2) {
+  const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
+  const Vector across = helper.cross(n);
+  t1 = across / across.norm();
+  t2 = n.cross(t1);
+}
+
+ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
+                                  const BodyArrays& bodies,
+                                  std::span<const Matrix> inverse_inertia_W) {
+  const auto A = static_cast<std::size_t>(a);
+  const auto B = static_cast<std::size_t>(b);
+  const double inverse_masses = bodies.inverse_mass[A] + bodies.inverse_mass[B];
+
+  ContactConstraint c;
+  c.a = a;
+  c.b = b;
+  c.n = manifold.normal_W;
+  tangents(c.n, c.t1, c.t2);
+  c.count = manifold.count;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
+    ConstraintPoint& p = c.points[i];
+    p.rA = manifold.points[i].p_W - bodies.x[A];
+    p.rB = manifold.points[i].p_W - bodies.x[B];
+    p.s0 = p.s = manifold.points[i].separation;
+    p.feature = manifold.points[i].feature;
+
+    // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
+    const auto K = [&](const Vector& e, const Vector& f) {
+      return inverse_masses * e.dot(f) + p.rA.cross(e).dot(inverse_inertia_W[A] * p.rA.cross(f)) +
+             p.rB.cross(e).dot(inverse_inertia_W[B] * p.rB.cross(f));
+    };
+    p.K_normal = K(c.n, c.n);
+    // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed
+    // along its own velocity: with the full inverse of K, clamped to the cone, it would be pushed
+    // sideways wherever K is not isotropic (a box then stops 10 % too late).
+    const double K11 = K(c.t1, c.t1);
+    const double K22 = K(c.t2, c.t2);
+    const double K12 = K(c.t1, c.t2);
+    const double half_difference = (K11 - K22) / 2;
+    p.K_tangent = (K11 + K22) / 2 + std::sqrt(half_difference * half_difference + K12 * K12);
+    p.approach =
+        c.n.dot(bodies.v[B] + bodies.w[B].cross(p.rB) - bodies.v[A] - bodies.w[A].cross(p.rA));
+  }
+  return c;
+}
+
+}  // namespace cradle

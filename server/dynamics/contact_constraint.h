@@ -1,0 +1,66 @@
+/// The solver's view of a manifold, and of the bodies it joins.
+///
+/// Frame W, about the centres of mass. Symbols: n normal from A to B, t1 t2 tangents, rA rB arms
+/// from the centres to the point, s separation (m), lambda impulses (N s), K inverse effective
+/// mass.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/collision/manifold.h"
+
+namespace cradle {
+
+/// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.
+struct BodyArrays {
+  std::span<Vector> x;                      ///< m, in W
+  std::span<Rotation> q;                    ///< q_WB
+  std::span<Vector> v;                      ///< m/s, in W
+  std::span<Vector> w;                      ///< rad/s, in W
+  std::span<const double> inverse_mass;     ///< 1/kg; 0 for bodies that do not yield
+  std::span<const Vector> inertia;          ///< principal moments J in B, kg m^2
+  std::span<const Vector> inverse_inertia;  ///< of J; 0: does not turn
+  std::span<const Vector> acceleration;     ///< m/s^2, in W: gravity and forces of this tick
+  std::span<const Vector> torque;           ///< N m, in W, of this tick
+};
+
+struct ConstraintPoint {
+  Vector rA, rB;                                           ///< m
+  double s0 = 0;                                           ///< separation at the tick's start
+  double s = 0;                                            ///< at the last evaluation
+  double K_normal = 0;                                     ///< 1/kg
+  double K_tangent = 0;     ///< 1/kg: the largest in the tangent plane
+  double approach = 0;  ///< normal velocity at the tick's start, m/s; negative: closing
+  double lambda = 0;    ///< normal impulse of a sub-step, >= 0
+  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
+  double lambda_max = 0;  ///< largest of the tick: did the point ever carry anything
+  std::uint32_t feature = 0;
+};
+
+struct ContactConstraint {
+  std::int32_t a = 0, b = 0;  ///< slots
+  Vector n, t1, t2;
+  double friction = 0;
+  double restitution = 0;
+  int count = 0;
+  std::array<ConstraintPoint, kManifoldPoints> points;
+
+  std::span<ConstraintPoint> used() { return {points.data(), static_cast<std::size_t>(count)}; }
+  std::span<const ConstraintPoint> used() const {
+    return {points.data(), static_cast<std::size_t>(count)};
+  }
+};
+
+/// Two unit vectors that make a right-handed frame with the unit vector n; smooth in n but for one
+/// switch of the helper axis.
+void tangents(const Vector& n, Vector& t1, Vector& t2);
+
+/// The constraint of a manifold, with arms and effective masses for the bodies' present pose and no
+/// impulses yet. `inverse_inertia_W` is indexed by slot.
+ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
+                                  const BodyArrays& bodies,
+                                  std::span<const Matrix> inverse_inertia_W);
+
+}  // namespace cradle

@@ -1,0 +1,29 @@
+#include "server/dynamics/contact_solver.h"
+
+#include "server/dynamics/soft_step.h"
+
+namespace cradle {
+namespace {
+
+struct Method {
+  const char* name;
+  std::unique_ptr<ContactSolver> (*make)();
+};
+constexpr Method kMethods[] = {{"soft", make_soft_step}};
+
+}  // namespace
+
+std::unique_ptr<ContactSolver> make_contact_solver(std::string_view name) {
+  for (const Method& method : kMethods) {
+    if (name == method.name) return method.make();
+  }
+  return nullptr;
+}
+
+std::vector<std::string> contact_solver_names() {
+  std::vector<std::string> names;
+  for (const Method& method : kMethods) names.emplace_back(method.name);
+  return names;
+}
+
+}  // namespace cradle

@@ -1,0 +1,227 @@
+// Sub-stepped soft contact with relaxation.
+//
+// Sources: Catto (2024), "Solver2D" (soft step: one biased and one relaxing Gauss-Seidel sweep a
+// sub-step, warm started); Macklin et al. (2019), "Small Steps in Physics Simulation" (sub-steps
+// beat iterations).
+// Where we differ: the contact frequency is tied to the sub-step (0.177 / h instead of a fixed
+// cap), so that the sag under a load F, delta = F / (m omega^2), falls as h^2; the push-out limit
+// bounds the excess over the carried load, not the load; positions move with the mean velocity of a
+// sub-step, so that smooth motion (flight, sliding) is second order.
+//
+// Symbols, frame W: h sub-step, s separation, vn normal velocity, lambda normal impulse, K inverse
+// effective mass, dp and theta displacement and rotation since the tick's start.
+//   omega = 2 pi c / h, a1 = 2 zeta + h omega, a2 = h omega a1
+//   mass scale ms = a2 / (1 + a2), impulse scale is = 1 / (1 + a2), bias rate br = omega / a1
+//   soft:  lambda += -(ms vn + bias) / K - is lambda, bias = ms br s, lambda >= 0
+//   relax: lambda += -vn / K, lambda >= 0; then friction, lambda_t += -vt / K_t with K_t the largest
+//   in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone)
+//   speculative points (s > 0): lambda += -(vn + s / h) / K in both.
+// Order: 2 in the position of smooth motion, 1 in impacts. Cost: about 100 ns a point and sub-step.
+#include "server/dynamics/soft_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/dynamics/gyroscopic.h"
+#include "server/dynamics/rotation.h"
+
+namespace cradle {
+namespace {
+
+/// Each with unit, reason, and the test that pins it.
+struct SoftTolerances {
+  double frequency = 0.177;    ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
+  double damping_ratio = 5;    ///< zeta: overlaps close without bouncing ("half overlapped")
+  double push_speed = 0.3;     ///< m/s: floor of the push-out limit ("half overlapped")
+  double push_rate = 4;        ///< 1/s: lets deep overlaps part within a second ("half overlapped")
+  double smooth_factor = 3;    ///< a velocity change below 3 h |a| is no impact ("sliding stop")
+  double bounce_speed = 1e-3;  ///< m/s: floor of the restitution threshold ("comes to rest")
+};
+constexpr SoftTolerances kTolerances;
+
+struct Softness {
+  double mass_scale = 1;
+  double impulse_scale = 0;
+  double bias_rate = 0;
+};
+
+Softness softness(double h) {
+  const double omega = 2 * std::numbers::pi * kTolerances.frequency / h;
+  const double a1 = 2 * kTolerances.damping_ratio + h * omega;
+  const double a2 = h * omega * a1;
+  return {a2 / (1 + a2), 1 / (1 + a2), omega / a1};
+}
+
+class SoftStep final : public ContactSolver {
+ public:
+  void advance(const ContactTick& tick, const BodyArrays& bodies,
+               std::span<const Matrix> inverse_inertia_W,
+               std::span<ContactConstraint> constraints) override {
+    bodies_ = bodies;
+    h_ = tick.dt / tick.sub_steps;
+    softness_ = softness(h_);
+    dp_.assign(bodies.x.size(), Vector::Zero());
+    theta_.assign(bodies.x.size(), Vector::Zero());
+    v_begin_.resize(bodies.x.size());
+    inverse_inertia_.assign(inverse_inertia_W.begin(), inverse_inertia_W.end());
+
+    for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
+      integrate_velocities(tick.moving);
+      warm_start(constraints);
+      solve_soft(constraints);
+      integrate_positions(tick);
+      relax(constraints);
+    }
+    apply_restitution(constraints);
+  }
+
+ private:
+  static std::size_t slot(std::int32_t body) { return static_cast<std::size_t>(body); }
+
+  void integrate_velocities(std::span<const std::int32_t> moving) {
+    for (const std::int32_t body : moving) {
+      const std::size_t i = slot(body);
+      v_begin_[i] = bodies_.v[i];
+      bodies_.v[i] += h_ * bodies_.acceleration[i];
+      if (bodies_.inverse_inertia[i].isZero(0)) continue;
+      const Rotation& q = bodies_.q[i];
+      const Vector w_B = gyroscopic_step(q.conjugate() * bodies_.w[i], bodies_.inertia[i], h_);
+      bodies_.w[i] = q * w_B + h_ * (inverse_inertia_[i] * bodies_.torque[i]);
+    }
+  }
+
+  void warm_start(std::span<ContactConstraint> constraints) {
+    for (ContactConstraint& c : constraints) {
+      for (const ConstraintPoint& p : c.used()) {
+        apply(c, p, p.lambda * c.n + p.lambda_t.x() * c.t1 + p.lambda_t.y() * c.t2);
+      }
+    }
+  }
+
+  void solve_soft(std::span<ContactConstraint> constraints) {
+    for (ContactConstraint& c : constraints) {
+      for (ConstraintPoint& p : c.used()) {
+        p.s = separation(c, p);
+        if (p.s > 0) {
+          add_normal(c, p, -(normal_velocity(c, p) + p.s / h_) / p.K_normal);
+          continue;
+        }
+        const auto [ms, is, br] = softness_;
+        const double push_limit = std::max(kTolerances.push_speed, -kTolerances.push_rate * p.s) +
+                                  is * p.K_normal * p.lambda;
+        const double bias = std::max(ms * br * p.s, -push_limit);
+        add_normal(c, p, -(ms * normal_velocity(c, p) + bias) / p.K_normal - is * p.lambda);
+      }
+    }
+  }
+
+  void integrate_positions(const ContactTick& tick) {
+    for (const std::int32_t body : tick.moving) {
+      const std::size_t i = slot(body);
+      const Vector change = bodies_.v[i] - v_begin_[i];
+      const double smooth = kTolerances.smooth_factor * h_ * bodies_.acceleration[i].norm();
+      const bool is_smooth = change.squaredNorm() <= smooth * smooth;
+      const Vector step = h_ * (is_smooth ? Vector(v_begin_[i] + 0.5 * change) : bodies_.v[i]);
+      const Vector turn = h_ * bodies_.w[i];
+      dp_[i] += step;
+      theta_[i] += turn;
+      bodies_.x[i] += step;
+      if (bodies_.inverse_inertia[i].isZero(0)) continue;
+      bodies_.q[i] = normalised(rotation_exp(turn) * bodies_.q[i]);
+      inverse_inertia_[i] =
+          rotated_diagonal(bodies_.q[i].toRotationMatrix(), bodies_.inverse_inertia[i]);
+    }
+    for (const std::int32_t body : tick.driven) {
+      const std::size_t i = slot(body);
+      dp_[i] += h_ * bodies_.v[i];
+      theta_[i] += h_ * bodies_.w[i];
+    }
+  }
+
+  void relax(std::span<ContactConstraint> constraints) {
+    for (ContactConstraint& c : constraints) {
+      for (ConstraintPoint& p : c.used()) {
+        p.s = separation(c, p);
+        const double allowed = std::max(p.s, 0.0) / h_;
+        add_normal(c, p, -(normal_velocity(c, p) + allowed) / p.K_normal);
+      }
+      for (ConstraintPoint& p : c.used()) add_friction(c, p);
+    }
+  }
+
+  /// Newton's law with the approach speed of the tick's start, once a tick.
+  void apply_restitution(std::span<ContactConstraint> constraints) {
+    for (ContactConstraint& c : constraints) {
+      if (c.restitution == 0) continue;
+      const double acceleration =
+          std::abs(c.n.dot(bodies_.acceleration[slot(c.b)] - bodies_.acceleration[slot(c.a)]));
+      // What gravity alone gives in two sub-steps is a contact at rest.
+      const double threshold = std::max(2 * acceleration * h_, kTolerances.bounce_speed);
+      for (ConstraintPoint& p : c.used()) {
+        if (p.approach > -threshold || p.lambda_max == 0) continue;
+        add_normal(c, p, -(normal_velocity(c, p) + c.restitution * p.approach) / p.K_normal);
+      }
+    }
+  }
+
+  Vector relative_velocity(const ContactConstraint& c, const ConstraintPoint& p) const {
+    return bodies_.v[slot(c.b)] + bodies_.w[slot(c.b)].cross(p.rB) - bodies_.v[slot(c.a)] -
+           bodies_.w[slot(c.a)].cross(p.rA);
+  }
+
+  double normal_velocity(const ContactConstraint& c, const ConstraintPoint& p) const {
+    return c.n.dot(relative_velocity(c, p));
+  }
+
+  /// First order in the rotation since the tick's start.
+  double separation(const ContactConstraint& c, const ConstraintPoint& p) const {
+    const std::size_t A = slot(c.a);
+    const std::size_t B = slot(c.b);
+    return p.s0 + c.n.dot(dp_[B] + theta_[B].cross(p.rB) - dp_[A] - theta_[A].cross(p.rA));
+  }
+
+  void add_normal(const ContactConstraint& c, ConstraintPoint& p, double change) {
+    const double lambda = std::max(p.lambda + change, 0.0);
+    apply(c, p, (lambda - p.lambda) * c.n);
+    p.lambda = lambda;
+    p.lambda_max = std::max(p.lambda_max, lambda);
+  }
+
+  void add_friction(const ContactConstraint& c, ConstraintPoint& p) {
+    const Vector v = relative_velocity(c, p);
+    Eigen::Vector2d lambda_t =
+        p.lambda_t - Eigen::Vector2d(c.t1.dot(v), c.t2.dot(v)) / p.K_tangent;
+    const double limit = c.friction * p.lambda;
+    const double size = lambda_t.norm();
+    if (size > limit) lambda_t *= limit / size;
+    const Eigen::Vector2d change = lambda_t - p.lambda_t;
+    apply(c, p, change.x() * c.t1 + change.y() * c.t2);
+    p.lambda_t = lambda_t;
+  }
+
+  void apply(const ContactConstraint& c, const ConstraintPoint& p, const Vector& impulse) {
+    const std::size_t A = slot(c.a);
+    const std::size_t B = slot(c.b);
+    if (bodies_.inverse_mass[A] != 0) {
+      bodies_.v[A] -= bodies_.inverse_mass[A] * impulse;
+      bodies_.w[A] -= inverse_inertia_[A] * p.rA.cross(impulse);
+    }
+    if (bodies_.inverse_mass[B] != 0) {
+      bodies_.v[B] += bodies_.inverse_mass[B] * impulse;
+      bodies_.w[B] += inverse_inertia_[B] * p.rB.cross(impulse);
+    }
+  }
+
+  BodyArrays bodies_;
+  double h_ = 0;
+  Softness softness_;
+  std::vector<Vector> dp_, theta_, v_begin_;
+  std::vector<Matrix> inverse_inertia_;  // in W, at the present attitude
+};
+
+}  // namespace
+
+std::unique_ptr<ContactSolver> make_soft_step() { return std::make_unique<SoftStep>(); }
+
+}  // namespace cradle

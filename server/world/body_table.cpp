@@ -1,0 +1,49 @@
+#include "server/world/body_table.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "server/dynamics/rotation.h"
+
+namespace cradle {
+
+std::optional<std::size_t> BodyTable::slot(BodyId body) const {
+  const auto found = std::lower_bound(id.begin(), id.end(), body.value);
+  if (found == id.end() || *found != body.value) return std::nullopt;
+  return static_cast<std::size_t>(found - id.begin());
+}
+
+void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
+                       const MassProperties& mass_properties) {
+  NameBytes name_bytes{};
+  std::memcpy(name_bytes.data(), spec.name.data(),
+              std::min(spec.name.size(), name_bytes.size() - 1));
+  const bool moves = spec.kind != BodyKind::fixed;
+  id.push_back(new_id);
+  kind.push_back(spec.kind);
+  shape.push_back(spec.shape);
+  material.push_back(spec.material);
+  name.push_back(name_bytes);
+  mass.push_back(mass_properties.mass_kg);
+  inverse_mass.push_back(mass_properties.inverse_mass);
+  inertia.push_back(mass_properties.inertia_kgm2);
+  inverse_inertia.push_back(mass_properties.inverse_inertia);
+  x.push_back(to_eigen(spec.p_WBo));
+  q.push_back(normalised(to_eigen(spec.q_WB)));
+  v.push_back(moves ? to_eigen(spec.v_WBcm) : Vector(Vector::Zero()));
+  w.push_back(moves ? to_eigen(spec.w_WB) : Vector(Vector::Zero()));
+  in_contact.push_back(0);
+  quarantined.push_back(0);
+}
+
+void BodyTable::remove(const std::vector<std::uint8_t>& is_removed) {
+  for_each_array([&](const char*, auto& array) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < array.size(); ++i) {
+      if (is_removed[i] == 0) array[kept++] = array[i];
+    }
+    array.resize(kept);
+  });
+}
+
+}  // namespace cradle

@@ -1,0 +1,43 @@
+#include "server/world/contact_cache.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cradle {
+
+void ContactCache::restore(std::span<const std::int64_t> ids,
+                           std::span<ContactConstraint> constraints) const {
+  auto entry = entries_.begin();
+  for (ContactConstraint& c : constraints) {
+    const auto pair =
+        std::pair(ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)]);
+    while (entry != entries_.end() && std::pair(entry->a, entry->b) < pair) ++entry;
+    for (auto e = entry; e != entries_.end() && std::pair(e->a, e->b) == pair; ++e) {
+      for (ConstraintPoint& p : c.used()) {
+        if (p.feature != e->feature) continue;
+        p.lambda = e->lambda;
+        p.lambda_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
+      }
+    }
+  }
+}
+
+void ContactCache::store(std::span<const std::int64_t> ids,
+                         std::span<const ContactConstraint> constraints) {
+  entries_.clear();
+  for (const ContactConstraint& c : constraints) {
+    for (const ConstraintPoint& p : c.used()) {
+      entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
+                          p.feature, p.lambda, p.lambda_t.x() * c.t1 + p.lambda_t.y() * c.t2});
+    }
+  }
+}
+
+void ContactCache::forget(std::span<const std::int64_t> ids) {
+  const auto is_among = [&](std::int64_t id) {
+    return std::binary_search(ids.begin(), ids.end(), id);
+  };
+  std::erase_if(entries_, [&](const CachedImpulse& e) { return is_among(e.a) || is_among(e.b); });
+}
+
+}  // namespace cradle

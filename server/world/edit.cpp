@@ -1,0 +1,172 @@
+// Commands: first everything is checked, then everything is changed. A command given between two
+// steps shows in the state of the coming tick; its events carry that tick.
+#include "server/world/edit.h"
+
+#include <algorithm>
+#include <set>
+
+#include "protocol/validate.h"
+#include "server/dynamics/rotation.h"
+
+namespace cradle {
+namespace {
+
+Outcome refused(Result result, std::size_t item) {
+  return {result, {}, static_cast<std::int32_t>(item)};
+}
+
+/// Ids of bodies, ascending and each once; or the first that does not exist, as an outcome.
+Outcome find_all(const BodyTable& bodies, std::span<const BodyId> wanted,
+                 std::vector<std::int64_t>& ids) {
+  ids.clear();
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    if (!bodies.slot(wanted[k])) return refused(Result::unknown_body, k);
+    ids.push_back(wanted[k].value);
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return {};
+}
+
+/// Names must be new to the world and to each other.
+Outcome check_names(const BodyTable& bodies, std::span<const BodySpec> specs) {
+  std::set<std::string_view> taken;
+  if (std::any_of(specs.begin(), specs.end(), [](const BodySpec& s) { return !s.name.empty(); })) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) taken.insert(bodies.name_text(i));
+  }
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    if (!specs[k].name.empty() && !taken.insert(specs[k].name).second) {
+      return refused(Result::duplicate_name, k);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Event event_of(const World::State& s, std::size_t i, EventKind kind) {
+  Event event;
+  event.kind = kind;
+  event.body = {s.bodies.id[i]};
+  event.tick = s.tick;
+  event.body_kind = s.bodies.kind[i];
+  event.shape = s.bodies.shape[i];
+  event.mass_kg = s.bodies.mass[i];
+  event.name = s.bodies.name_text(i);
+  return event;
+}
+
+Outcome World::spawn(std::span<const BodySpec> specs) {
+  State& s = *state_;
+  const auto count = static_cast<std::int64_t>(specs.size());
+  if (s.next_id > limits::kIntegerMax - count ||
+      static_cast<std::int64_t>(s.bodies.size()) > s.settings.bodies_max - count) {
+    return refused(Result::over_quota, 0);
+  }
+  std::vector<MassProperties> masses(specs.size());
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    Result result = validate(specs[k]);
+    if (result == Result::ok) result = mass_properties(specs[k], masses[k]);
+    if (result != Result::ok) return refused(result, k);
+  }
+  if (const Outcome names = check_names(s.bodies, specs); names.result != Result::ok) return names;
+
+  const BodyId first{s.next_id};
+  for (std::size_t k = 0; k < specs.size(); ++k) {
+    s.bodies.append(s.next_id++, specs[k], masses[k]);
+    s.events.push_back(event_of(s, s.bodies.size() - 1, EventKind::spawned));
+    s.events.back().tick = s.tick + 1;
+  }
+  s.renumbered = true;
+  return {Result::ok, first, 0};
+}
+
+Outcome World::despawn(std::span<const BodyId> bodies) {
+  State& s = *state_;
+  std::vector<std::int64_t> ids;
+  if (const Outcome missing = find_all(s.bodies, bodies, ids); missing.result != Result::ok) {
+    return missing;
+  }
+  std::vector<std::uint8_t> is_removed(s.bodies.size(), 0);
+  for (const std::int64_t id : ids) {
+    const std::size_t i = *s.bodies.slot({id});
+    is_removed[i] = 1;
+    s.events.push_back(event_of(s, i, EventKind::removed));
+    s.events.back().tick = s.tick + 1;
+  }
+  s.bodies.remove(is_removed);
+  std::erase_if(s.wrenches, [&](const ActiveWrench& active) {
+    return std::binary_search(ids.begin(), ids.end(), active.wrench.body.value);
+  });
+  s.contacts.forget(ids);
+  s.renumbered = true;
+  return {};
+}
+
+Outcome World::push(std::span<const Wrench> wrenches) {
+  State& s = *state_;
+  if (static_cast<std::int64_t>(s.wrenches.size() + wrenches.size()) > s.settings.wrenches_max) {
+    return refused(Result::over_quota, 0);
+  }
+  for (std::size_t k = 0; k < wrenches.size(); ++k) {
+    const Result result = validate(wrenches[k]);
+    if (result != Result::ok) return refused(result, k);
+    const auto i = s.bodies.slot(wrenches[k].body);
+    if (!i) return refused(Result::unknown_body, k);
+    if (!s.bodies.is_moving(*i)) return refused(Result::wrong_kind, k);
+  }
+  for (const Wrench& wrench : wrenches) {
+    Tick ticks = 1;
+    if (wrench.duration == WrenchDuration::ticks) ticks = wrench.ticks;
+    if (wrench.duration == WrenchDuration::until_cleared) ticks = kUntilCleared;
+    s.wrenches.push_back({wrench, ticks});
+  }
+  return {};
+}
+
+Outcome World::clear_wrenches(std::span<const BodyId> bodies) {
+  State& s = *state_;
+  std::vector<std::int64_t> ids;
+  if (const Outcome missing = find_all(s.bodies, bodies, ids); missing.result != Result::ok) {
+    return missing;
+  }
+  std::erase_if(s.wrenches, [&](const ActiveWrench& active) {
+    return std::binary_search(ids.begin(), ids.end(), active.wrench.body.value);
+  });
+  return {};
+}
+
+Outcome World::set_motion(std::span<const Motion> motions) {
+  State& s = *state_;
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    const Result result = validate(motions[k]);
+    if (result != Result::ok) return refused(result, k);
+    const auto i = s.bodies.slot(motions[k].body);
+    if (!i) return refused(Result::unknown_body, k);
+    if (s.bodies.kind[*i] == BodyKind::fixed && motions[k].sets_velocity) {
+      return refused(Result::wrong_kind, k);
+    }
+  }
+  for (const Motion& motion : motions) {
+    const std::size_t i = *s.bodies.slot(motion.body);
+    if (motion.sets_pose) {
+      s.bodies.x[i] = to_eigen(motion.p_WBo);
+      s.bodies.q[i] = normalised(to_eigen(motion.q_WB));
+      s.contacts.forget(std::span(&s.bodies.id[i], 1));
+    }
+    if (motion.sets_velocity) {
+      s.bodies.v[i] = to_eigen(motion.v_WBcm);
+      s.bodies.w[i] = to_eigen(motion.w_WB);
+    }
+    if (motion.sets_pose && motion.sets_velocity) s.bodies.quarantined[i] = 0;
+  }
+  return {};
+}
+
+Outcome World::set_gravity(const Vec3& gravity_W) {
+  const Result result = validate_gravity(gravity_W);
+  if (result == Result::ok) state_->gravity_W = to_eigen(gravity_W);
+  return {result, {}, 0};
+}
+
+}  // namespace cradle

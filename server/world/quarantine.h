@@ -1,0 +1,16 @@
+/// Keeps one body's unusable numbers from reaching the others: it is put back to where it last was,
+/// stopped, and neither moved nor collided with any more, until a command sets its pose and
+/// velocities.
+#pragma once
+
+#include "server/world/state.h"
+
+namespace cradle {
+
+/// Before collision: bodies that the loads of this tick would throw beyond the limits.
+void quarantine_runaways(World::State& s);
+
+/// After the step: bodies with a number that is not finite, or beyond the limits.
+void quarantine_unusable(World::State& s);
+
+}  // namespace cradle

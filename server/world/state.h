@@ -1,0 +1,77 @@
+/// Everything a world is made of. `for_each_part` names what influences the next tick; the hash,
+/// and the test that looks into it, go by that one list.
+#pragma once
+
+#include "server/collision/broad_phase.h"
+#include "server/dynamics/contact_solver.h"
+#include "server/world/body_table.h"
+#include "server/world/contact_cache.h"
+#include "server/world/world.h"
+#include "server/world/wrenches.h"
+
+namespace cradle {
+
+struct World::State {
+  explicit State(const WorldSettings& s);
+
+  // Influences the next tick.
+  WorldSettings settings;
+  double dt = 0;  ///< s
+  Vector gravity_W;
+  Tick tick = 0;
+  std::int64_t next_id = 1;
+  BodyTable bodies;
+  std::vector<ActiveWrench> wrenches;
+  ContactCache contacts;
+
+  // Does not: made anew each tick, or only reported.
+  std::unique_ptr<BroadPhase> broad_phase;
+  std::unique_ptr<ContactSolver> solver;
+  bool renumbered = true;  ///< slots have changed since the broad phase last saw them
+  std::vector<Event> events;
+  std::int64_t quarantined = 0;
+  Loads loads;
+  std::vector<Vector> x_start;
+  std::vector<Rotation> q_start;
+  std::vector<Pose> poses;
+  std::vector<Aabb> boxes;
+  std::vector<std::uint8_t> moves;
+  std::vector<Plane> planes;
+  std::vector<BodyPair> pairs;
+  std::vector<Manifold> manifolds;
+  std::vector<ContactConstraint> constraints;
+  std::vector<Matrix> inverse_inertia_W;
+  std::vector<std::int32_t> moving, driven;
+
+  BodyArrays arrays();
+
+  /// Calls `f(name, bytes)` for every part that influences the next tick.
+  template <class F>
+  void for_each_part(F&& f) {
+    const auto scalar = [&](const char* name, auto& value) {
+      f(name, std::as_writable_bytes(std::span(&value, 1)));
+    };
+    const auto array = [&](const char* name, auto& values) {
+      f(name, std::as_writable_bytes(std::span(values)));
+    };
+    scalar("dt", dt);
+    scalar("sub_steps", settings.sub_steps);
+    scalar("bodies_max", settings.bodies_max);
+    scalar("wrenches_max", settings.wrenches_max);
+    array("solver", settings.solver);
+    scalar("gravity", gravity_W);
+    scalar("tick", tick);
+    scalar("next_id", next_id);
+    bodies.for_each_array(array);
+    array("wrenches", wrenches);
+    array("contact impulses", contacts.entries());
+  }
+};
+
+// The hash reads these as bytes: they must have no padding.
+static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
+static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
+static_assert(sizeof(CachedImpulse) == 3 * 8 + 4 * sizeof(double));
+static_assert(sizeof(Material) == 2 * sizeof(double));
+
+}  // namespace cradle

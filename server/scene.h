@@ -1,29 +1,32 @@
 /// Scene files (TOML): a world's settings, its bodies, and what pushes them when.
 ///
-/// README.md of tests/scenes documents every key. A file is refused as a whole, with line and reason.
+/// README.md of tests/scenes documents every key. A file is refused as a whole, with line and
+/// reason.
 #pragma once
+
+#include <cradle/types.h>
 
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <cradle/types.h>
-
 #include "server/world/settings.h"
 
 namespace cradle {
 
-/// A wrench of a scene: begins before the step of `tick`; its body is named by its place in the list.
+/// A wrench of a scene: begins before the step of `tick`; its body is named by its place in the
+/// list.
 struct TimedWrench {
-  Tick tick = 1;           ///< 1: before the first step
-  std::size_t body = 0;    ///< index into Scene::bodies
-  Wrench wrench;           ///< without body
+  Tick tick = 1;         ///< 1: before the first step
+  std::size_t body = 0;  ///< index into Scene::bodies
+  Wrench wrench;         ///< without body
 };
 
 struct Scene {
+  std::string name;  ///< what it is called in errors: its path
   WorldSettings settings;
-  std::vector<BodySpec> bodies;
+  std::vector<BodySpec> bodies;       ///< those of [[body]], then those of [[lattice]]
   std::vector<TimedWrench> wrenches;  ///< in ascending order of ticks
 };
 
@@ -33,8 +36,9 @@ class SceneError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws SceneError.
+/// Throws SceneError, and std::filesystem::filesystem_error if the file cannot be read.
 Scene load_scene(const std::string& path);
+/// `name` stands for FILE. Throws SceneError.
 Scene parse_scene(std::string_view text, const std::string& name);
 
 }  // namespace cradle

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <iosfwd>
+#include <optional>
+#include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "server/scene.h"
 #include "server/world/world.h"
@@ -18,7 +17,8 @@ class SceneRun {
   /// Throws SceneError if the world refuses a body.
   explicit SceneRun(Scene scene);
 
-  /// Begins the wrenches that are due, then steps once.
+  /// Begins the wrenches that are due, then steps once. Wrenches of bodies in quarantine are left
+  /// out; throws SceneError if the world refuses any other.
   StepReport step(Executor& executor, StepObserver* observer = nullptr);
 
   World& world() { return world_; }
@@ -28,10 +28,32 @@ class SceneRun {
   const Scene& scene() const { return scene_; }
 
  private:
+  void begin_due_wrenches();
+
   Scene scene_;
   World world_;
   BodyId first_;
   std::size_t next_wrench_ = 0;
 };
+
+struct SimulateOptions {
+  std::string scene;             ///< path
+  double duration_s = 0;         ///< rounded to whole ticks, 1 or more
+  std::optional<double> dt_s;    ///< instead of the scene's 1 / rate_hz
+  std::optional<int> sub_steps;  ///< instead of the scene's
+  std::string trace;             ///< path of a CSV file, "-": standard output, empty: none
+  std::string summary;           ///< path of a JSON file, likewise
+  int threads = 1;
+};
+
+/// Options that are out of range or contradict each other.
+class OptionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Opens the outputs before the run. Throws what load_scene does, OptionError, and OutputError of
+/// trace.h.
+void simulate(const SimulateOptions& options);
 
 }  // namespace cradle

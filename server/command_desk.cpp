@@ -1,0 +1,129 @@
+#include "server/command_desk.h"
+
+#include <cradle/limits.h>
+#include <cradle/version.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace cradle {
+namespace {
+
+constexpr std::int64_t kSilence_us = 10'000'000;  // a client sends its keep-alives every second
+
+}  // namespace
+
+void CommandDesk::admit(Inbox::Contents&& contents, Tick coming_tick, std::int64_t now_us) {
+  for (const CommandHeader& header : contents.overflow) refuse(header, Result::busy);
+  for (const RawCommand& raw : contents.commands) {
+    auto command = decode_command(raw.kind, raw.payload);
+    if (command) {
+      admit_one(std::move(*command), coming_tick, now_us);
+    } else {
+      ++malformed_;
+      const auto header = peek_header(raw.kind, raw.payload);
+      if (header && sessions_.contains(header->client)) refuse(*header, Result::malformed);
+    }
+  }
+}
+
+void CommandDesk::admit_one(Command&& command, Tick coming_tick, std::int64_t now_us) {
+  const CommandHeader header = command.header;
+  const bool is_hello = std::holds_alternative<Hello>(command.body);
+  if (!is_hello && header.epoch != epoch_) return refuse(header, Result::wrong_epoch);
+  auto found = sessions_.find(header.client);
+  if (found == sessions_.end()) {
+    return is_hello ? greet(std::move(command), now_us) : refuse(header, Result::unknown_client);
+  }
+  Session& session = found->second;
+  session.heard_us = now_us;
+  const auto verdict = session.window.arrive(std::move(command));
+  if (verdict.kind == ReceiveWindow::Verdict::Kind::answered) outgoing_.push_back(verdict.receipt);
+  while (auto next = session.window.take_next()) accept(session, std::move(*next), coming_tick);
+}
+
+/// A hello opens a session, whose first command it is.
+void CommandDesk::greet(Command&& command, std::int64_t now_us) {
+  const CommandHeader header = command.header;
+  const auto& hello = std::get<Hello>(command.body);
+  if (hello.protocol_version != kProtocolVersion) return refuse(header, Result::bad_version);
+  if (!make_room(now_us)) return refuse(header, Result::over_quota);
+  newcomers_.push_back(hello.name);
+  Session session{hello.name, ReceiveWindow(header.sequence), now_us, 0};
+  session.window.arrive(std::move(command));
+  waiting_.emplace(Key{0, header.client, header.sequence}, *session.window.take_next());
+  sessions_.emplace(header.client, std::move(session));
+}
+
+/// The command's turn in its client's sequence has come: it waits for its tick, or is refused.
+void CommandDesk::accept(Session& session, Command&& command, Tick coming_tick) {
+  const CommandHeader header = command.header;
+  const Tick target = header.target_tick;
+  if (target != 0) {
+    if (target < coming_tick) return answer(header, {Result::late, {}, 0}, 0);
+    if (target > coming_tick + limits::kTicksAhead) {
+      return answer(header, {Result::too_far_ahead, {}, 0}, 0);
+    }
+    if (session.queued >= limits::kQueuedCommands) {
+      return answer(header, {Result::over_quota, {}, 0}, 0);
+    }
+    ++session.queued;
+    answer(header, {Result::queued, {}, 0}, target);
+  }
+  waiting_.emplace(Key{target, header.client, header.sequence}, std::move(command));
+}
+
+std::vector<Command> CommandDesk::take_due(Tick coming_tick, bool is_stepping) {
+  std::vector<Command> due;
+  const auto take = [&](auto begin, auto end) {
+    for (auto entry = begin; entry != end; ++entry) {
+      if (std::get<Tick>(entry->first) != 0) --sessions_.at(entry->second.header.client).queued;
+      due.push_back(std::move(entry->second));
+    }
+    return waiting_.erase(begin, end);
+  };
+  const auto targeted = take(waiting_.begin(), waiting_.lower_bound(Key{1, 0, 0}));
+  if (is_stepping) take(targeted, waiting_.lower_bound(Key{coming_tick + 1, 0, 0}));
+  std::sort(due.begin(), due.end(), [](const Command& a, const Command& b) {
+    return std::pair(a.header.client, a.header.sequence) <
+           std::pair(b.header.client, b.header.sequence);
+  });
+  return due;
+}
+
+void CommandDesk::answer(const CommandHeader& header, const Outcome& outcome, Tick tick) {
+  if (outcome.result == Result::ok) {
+    ++applied_;
+  } else if (outcome.result != Result::queued) {
+    ++refused_;
+  }
+  const Receipt receipt{header.client, header.sequence, tick, outcome};
+  outgoing_.push_back(receipt);
+  const auto session = sessions_.find(header.client);
+  if (session != sessions_.end()) session->second.window.keep(receipt);
+}
+
+/// Refused without being taken: its sequence number stays free.
+void CommandDesk::refuse(const CommandHeader& header, Result result) {
+  ++refused_;
+  outgoing_.push_back({header.client, header.sequence, 0, {result, {}, 0}});
+}
+
+/// Room for one more session, if need be that of the client that has been silent longest.
+bool CommandDesk::make_room(std::int64_t now_us) {
+  if (sessions_.size() < static_cast<std::size_t>(limits::kClients)) return true;
+  const auto oldest = std::min_element(
+      sessions_.begin(), sessions_.end(),
+      [](const auto& a, const auto& b) { return a.second.heard_us < b.second.heard_us; });
+  if (now_us - oldest->second.heard_us < kSilence_us || oldest->second.queued > 0) return false;
+  sessions_.erase(oldest);
+  return true;
+}
+
+std::int64_t CommandDesk::clients(std::int64_t now_us) const {
+  return std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+    return now_us - entry.second.heard_us <= kSilence_us;
+  });
+}
+
+}  // namespace cradle

@@ -1,0 +1,71 @@
+/// Takes commands in, says when each is due, and keeps the answers: sessions of clients, sequences,
+/// target ticks. No wire, no clock: time is what the caller says it is.
+///
+/// What is due together is handed out sorted by (client, sequence): never by arrival.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "protocol/command_window.h"
+#include "server/inbox.h"
+
+namespace cradle {
+
+class CommandDesk {
+ public:
+  explicit CommandDesk(std::int64_t epoch) : epoch_(epoch) {}
+
+  /// Takes in what has come before the step of `coming_tick`. `now_us` is a monotonic time, us.
+  void admit(Inbox::Contents&& contents, Tick coming_tick, std::int64_t now_us);
+
+  /// Hands out what is due: commands without a target at once; when the world `is_stepping`, those
+  /// for `coming_tick` too. Each must be answered, now or later.
+  std::vector<Command> take_due(Tick coming_tick, bool is_stepping);
+
+  /// The answer to a command that take_due() gave: kept for repetitions, and sent.
+  /// `tick` is the first one whose state shows the effect; for `queued`, the one waited for.
+  void answer(const CommandHeader& header, const Outcome& outcome, Tick tick);
+
+  /// What is to be sent, since the last call.
+  std::vector<Receipt> take_receipts() { return std::exchange(outgoing_, {}); }
+
+  std::int64_t clients(std::int64_t now_us) const;  ///< heard within the last kSilence_us
+  std::int64_t applied() const { return applied_; }
+  std::int64_t refused() const { return refused_; }
+  std::int64_t malformed() const { return malformed_; }
+
+  /// Clients that have said hello since the last call.
+  std::vector<std::string> take_newcomers() { return std::exchange(newcomers_, {}); }
+
+ private:
+  struct Session {
+    std::string name;
+    ReceiveWindow window;
+    std::int64_t heard_us = 0;
+    int queued = 0;
+  };
+  using Key = std::tuple<Tick, std::int64_t, std::int64_t>;  ///< target tick, client, sequence
+
+  void admit_one(Command&& command, Tick coming_tick, std::int64_t now_us);
+  void greet(Command&& command, std::int64_t now_us);
+  void accept(Session& session, Command&& command, Tick coming_tick);
+  bool make_room(std::int64_t now_us);
+  void refuse(const CommandHeader& header, Result result);
+
+  std::int64_t epoch_;
+  std::map<std::int64_t, Session> sessions_;  ///< by client
+  std::map<Key, Command> waiting_;            ///< target 0: due at once
+  std::vector<Receipt> outgoing_;
+  std::vector<std::string> newcomers_;
+  std::int64_t applied_ = 0;
+  std::int64_t refused_ = 0;
+  std::int64_t malformed_ = 0;
+};
+
+}  // namespace cradle

@@ -1,0 +1,300 @@
+#include "server/daemon.h"
+
+#include <cradle/limits.h>
+#include <cradle/version.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <utility>
+
+#include "server/thread_pool.h"
+
+namespace cradle {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::int64_t kStatusPeriod_us = 500'000;
+constexpr int kDescriptionsPerTick = 64;
+
+std::int64_t new_epoch() {
+  std::random_device device;
+  return std::uniform_int_distribution<std::int64_t>(1, limits::kIntegerMax)(device);
+}
+
+}  // namespace
+
+/// Adds up the wall time of the step's phases.
+class Daemon::PhaseTimer final : public StepObserver {
+ public:
+  explicit PhaseTimer(Times& times) : times_(times) {}
+  ~PhaseTimer() override { leave(); }
+
+  void enter(Phase phase) override {
+    leave();
+    current_ = phase == Phase::collide ? &times_.collide_us : &times_.solve_us;
+  }
+  void enter(double& sum_us) {
+    leave();
+    current_ = &sum_us;
+  }
+
+ private:
+  void leave() {
+    const auto now = Pacer::Clock::now();
+    if (current_ != nullptr) {
+      *current_ += std::chrono::duration<double, std::micro>(now - begin_).count();
+    }
+    begin_ = now;
+  }
+
+  Times& times_;
+  double* current_ = nullptr;
+  Pacer::Clock::time_point begin_{};
+};
+
+Daemon::Daemon(const Options& options, Scene scene, std::unique_ptr<Transport> control,
+               std::unique_ptr<Transport> states)
+    : options_(options),
+      epoch_(new_epoch()),
+      channels_(options.world),
+      control_(std::move(control)),
+      states_(std::move(states)),
+      run_(std::move(scene)),
+      desk_(epoch_),
+      journal_(std::make_unique<NoJournal>()),
+      publisher_(*states_, channels_, options.datagram_bytes),
+      pacer_(run_.world().settings().rate_hz, Pacer::Clock::now()) {
+  time_.lockstep = options.lockstep;
+  if (options.threads > 1) {
+    executor_ = std::make_unique<ThreadPool>(options.threads);
+  } else {
+    executor_ = std::make_unique<SerialExecutor>();
+  }
+  for (Event& event : run_.world().take_events()) events_.push_back(std::move(event));
+}
+
+Daemon::~Daemon() = default;
+
+std::int64_t Daemon::now_us() const {
+  const auto since_start = Pacer::Clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(since_start).count();
+}
+
+bool Daemon::hears_itself() {
+  bool is_heard = false;
+  const auto deadline = Pacer::Clock::now() + 1s;
+  while (!is_heard && Pacer::Clock::now() < deadline) {
+    control_->send(channels_.name(MessageKind::status), encode(status()));
+    control_->receive(50ms, [&](std::string_view channel, ByteView payload) {
+      if (channel != channels_.name(MessageKind::status)) return;
+      const auto heard = decode_status(payload);
+      is_heard = is_heard || (heard && heard->epoch == epoch_);
+    });
+  }
+  return is_heard;
+}
+
+void Daemon::run(int stop_descriptor) {
+  std::atomic<bool> is_ending = false;
+  std::thread receiver([&] { receive(is_ending); });
+  pacer_.restart(Pacer::Clock::now());
+  while (!time_.shutdown) {
+    const int awoken_by = wait(stop_descriptor);
+    if (awoken_by == stop_descriptor) break;
+    tick(awoken_by < 0);
+  }
+  send_receipts();
+  publisher_.flush();
+  is_ending = true;
+  receiver.join();
+}
+
+/// Everything that happens at one moment; `is_due`: the world's next tick may be made.
+void Daemon::tick(bool is_due) {
+  PhaseTimer timer(times_);
+  timer.enter(times_.apply_us);
+  desk_.admit(inbox_.drain(), run_.world().tick() + 1, now_us());
+  for (const std::string& name : desk_.take_newcomers()) {
+    spdlog::info("client \"{}\" said hello", name);
+    described_ = {};
+  }
+  const bool is_stepping = is_due && time_.is_stepping(run_.world().tick());
+  const bool has_changed = apply_due(is_stepping);
+  if (is_stepping) step(timer);
+  timer.enter(times_.publish_us);
+  // A world that stands still is shown again with every heartbeat, for those who came later.
+  const bool is_status_due = now_us() >= next_status_us_;
+  if (is_stepping || has_changed || is_status_due) publish_states();
+  answer_finished_steps();
+  send_events();
+  send_receipts();
+  if (is_status_due) send_status();
+}
+
+bool Daemon::apply_due(bool is_stepping) {
+  World& world = run_.world();
+  const Tick coming = world.tick() + 1;
+  const std::vector<Command> due = desk_.take_due(coming, is_stepping);
+  journal_->append(coming, due);
+  for (const Command& command : due) {
+    const Outcome outcome = apply(command, world, time_, options_.permissions);
+    const bool is_step = outcome.result == Result::queued;
+    desk_.answer(command.header, outcome, is_step ? time_.pending.back().until : coming);
+    for (Event& event : world.take_events()) {
+      event.client = command.header.client;
+      events_.push_back(std::move(event));
+    }
+  }
+  return !due.empty();
+}
+
+void Daemon::step(PhaseTimer& timer) {
+  last_report_ = run_.step(*executor_, &timer);
+  ++times_.ticks;
+  for (Event& event : run_.world().take_events()) {
+    spdlog::warn("body {} \"{}\" quarantined at tick {}: {}", event.body.value, event.name,
+                 event.tick, to_string(event.reason));
+    events_.push_back(std::move(event));
+  }
+}
+
+void Daemon::publish_states() {
+  const World& world = run_.world();
+  world.snapshot(snapshot_.states);
+  snapshot_.epoch = epoch_;
+  snapshot_.tick = world.tick();
+  snapshot_.tick_time_us =
+      static_cast<std::int64_t>(static_cast<double>(world.tick()) / world.settings().rate_hz * 1e6);
+  snapshot_.sent_us = now_us();
+  publisher_.publish(snapshot_);
+}
+
+/// A step command's answer follows its last tick's states.
+void Daemon::answer_finished_steps() {
+  auto& pending = time_.pending;
+  while (!pending.empty() && pending.front().until <= run_.world().tick()) {
+    publisher_.flush();
+    desk_.answer(pending.front().header, {}, pending.front().until);
+    pending.erase(pending.begin());
+  }
+}
+
+void Daemon::send_receipts() {
+  const std::vector<Receipt> all = desk_.take_receipts();
+  const auto most =
+      static_cast<std::size_t>(items_per_datagram(MessageKind::receipts, options_.datagram_bytes));
+  for (std::size_t begin = 0; begin < all.size(); begin += most) {
+    Receipts message{epoch_, {}};
+    for (std::size_t i = begin; i < std::min(begin + most, all.size()); ++i) {
+      message.receipts.push_back(all[i]);
+    }
+    control_->send(channels_.name(MessageKind::receipts), encode(message));
+  }
+}
+
+void Daemon::send_events() {
+  for (Event& event : run_.world().describe(described_, kDescriptionsPerTick)) {
+    described_ = event.body;
+    events_.push_back(std::move(event));
+  }
+  const auto most =
+      static_cast<std::size_t>(items_per_datagram(MessageKind::events, options_.datagram_bytes));
+  while (!events_.empty()) {
+    Events message{epoch_, next_event_, {}};
+    while (!events_.empty() && message.events.size() < most) {
+      message.events.push_back(std::move(events_.front()));
+      events_.pop_front();
+    }
+    next_event_ += static_cast<std::int64_t>(message.events.size());
+    control_->send(channels_.name(MessageKind::events), encode(message));
+  }
+}
+
+void Daemon::send_status() {
+  next_status_us_ = now_us() + kStatusPeriod_us;
+  control_->send(channels_.name(MessageKind::status), encode(status()));
+  overruns_told_ = pacer_.overruns();
+  times_ = {};
+}
+
+WorldStatus Daemon::status() {
+  const World& world = run_.world();
+  const TransportStats transport = control_->stats();
+  const double ticks = static_cast<double>(std::max<std::int64_t>(times_.ticks, 1));
+  WorldStatus s;
+  s.protocol_version = kProtocolVersion;
+  s.paused = time_.paused;
+  s.lockstep = time_.lockstep;
+  s.overloaded = pacer_.overruns() > overruns_told_;
+  s.controllable = options_.permissions.control;
+  s.epoch = epoch_;
+  s.tick = world.tick();
+  s.rate_hz = world.settings().rate_hz;
+  s.tick_time_us = static_cast<std::int64_t>(static_cast<double>(s.tick) / s.rate_hz * 1e6);
+  s.real_time_factor = pacer_.real_time_factor(s.tick, Pacer::Clock::now());
+  s.bodies = world.body_count();
+  s.contacts = last_report_.contacts;
+  s.clients = desk_.clients(now_us());
+  s.wrenches = world.wrench_count();
+  s.apply_us = times_.apply_us / ticks;
+  s.collide_us = times_.collide_us / ticks;
+  s.solve_us = times_.solve_us / ticks;
+  s.publish_us = times_.publish_us / ticks;
+  s.penetration_max_m = last_report_.penetration_max_m;
+  s.penetration_mean_m = last_report_.penetration_mean_m;
+  s.overruns = pacer_.overruns();
+  s.commands_applied = desk_.applied();
+  s.commands_refused = desk_.refused();
+  s.datagrams_rejected =
+      transport.rejected + inbox_.rejected() + desk_.malformed() + unknown_datagrams_;
+  s.datagrams_dropped = transport.dropped_by_kernel + inbox_.dropped();
+  s.chunks_dropped = publisher_.chunks_dropped() + states_->stats().send_failures;
+  s.quarantined = world.quarantined_count();
+  s.state_port = options_.state_port;
+  s.datagram_bytes = options_.datagram_bytes;
+  s.receive_buffer_bytes = transport.receive_buffer_bytes;
+  s.name = options_.world;
+  return s;
+}
+
+/// The receive thread: bytes into the inbox, nothing else.
+void Daemon::receive(const std::atomic<bool>& is_ending) {
+  while (!is_ending) {
+    control_->receive(100ms, [this](std::string_view channel, ByteView payload) {
+      const auto kind = channels_.kind(channel);
+      if (!kind) {
+        ++unknown_datagrams_;
+      } else if (is_command(*kind)) {
+        inbox_.put(*kind, payload);
+      }  // else: what this daemon itself has sent
+    });
+  }
+}
+
+/// Sleeps until something is to be done: the descriptor that says so, or -1 when the time has come.
+/// A world that runs, or is paused, wakes at its rate; one in lockstep when a command comes, and
+/// for its heartbeat.
+int Daemon::wait(int stop_descriptor) {
+  const bool has_steps = !time_.pending.empty();
+  const bool is_waiting_for_commands = time_.lockstep && !has_steps;
+  auto deadline = pacer_.deadline();
+  if (has_steps) deadline = Pacer::Clock::now();  // steps asked for are made at once
+  if (is_waiting_for_commands) {
+    deadline = Pacer::Clock::now() + std::chrono::microseconds(kStatusPeriod_us);
+  }
+  pollfd descriptors[] = {{stop_descriptor, POLLIN, 0}, {inbox_.file_descriptor(), POLLIN, 0}};
+  const auto left = std::max(deadline - Pacer::Clock::now(), Pacer::Clock::duration::zero());
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(left);
+  const timespec timeout{seconds.count(), std::chrono::nanoseconds(left - seconds).count()};
+  ::ppoll(descriptors, is_waiting_for_commands ? 2 : 1, &timeout, nullptr);
+  if (descriptors[0].revents != 0) return stop_descriptor;
+  if (is_waiting_for_commands && descriptors[1].revents != 0) return inbox_.file_descriptor();
+  if (!has_steps && !time_.lockstep) pacer_.begin_tick(Pacer::Clock::now());
+  return -1;
+}
+
+}  // namespace cradle

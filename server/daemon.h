@@ -1,0 +1,112 @@
+/// `cradled serve`: a world on the network.
+///
+/// A tick drains the inbox, journals and applies what is due, steps, and publishes; at its own
+/// pace, never in reaction to a packet. The daemon is the only reader of a clock. Three threads:
+/// the tick, a receiver that only fills the inbox, a publisher that only sends states.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocol/transport/transport.h"
+#include "server/command_desk.h"
+#include "server/commands.h"
+#include "server/config.h"
+#include "server/inbox.h"
+#include "server/journal.h"
+#include "server/pacer.h"
+#include "server/publisher.h"
+#include "server/simulate.h"
+
+namespace cradle {
+
+/// The daemon cannot start: one line for the operator, and the process's exit code.
+struct StartupError : std::runtime_error {
+  StartupError(int code, const std::string& line) : std::runtime_error(line), exit_code(code) {}
+  int exit_code;
+};
+
+/// Opens the network, loads the scene, serves until a signal or a shutdown command; 0 at the end.
+/// Throws StartupError, SceneError.
+int run_daemon(const Config& config);
+
+/// The daemon without process and signals; tests run it on in-process transports.
+class Daemon {
+ public:
+  struct Options {
+    std::string world = "default";
+    bool lockstep = false;
+    Permissions permissions;
+    int datagram_bytes = 60000;
+    int state_port = 0;  ///< told to clients
+    int threads = 1;
+  };
+
+  Daemon(const Options& options, Scene scene, std::unique_ptr<Transport> control,
+         std::unique_ptr<Transport> states);
+  ~Daemon();
+
+  /// Sends a heartbeat; true if it comes back within a second. Before run().
+  bool hears_itself();
+
+  /// Until `stop_descriptor` is readable or a client shuts the world down.
+  void run(int stop_descriptor);
+
+  std::int64_t epoch() const { return epoch_; }
+  const World& world() const { return run_.world(); }
+
+ private:
+  class PhaseTimer;
+
+  /// Sums of wall time since the last status, us.
+  struct Times {
+    double apply_us = 0, collide_us = 0, solve_us = 0, publish_us = 0;
+    std::int64_t ticks = 0;
+  };
+
+  void tick(bool is_due);
+  bool apply_due(bool is_stepping);
+  void step(PhaseTimer& timer);
+  void publish_states();
+  void answer_finished_steps();
+  void send_receipts();
+  void send_events();
+  void send_status();
+  WorldStatus status();
+  void receive(const std::atomic<bool>& is_ending);
+  int wait(int stop_descriptor);
+  std::int64_t now_us() const;
+
+  Options options_;
+  std::int64_t epoch_;
+  Channels channels_;
+  std::unique_ptr<Transport> control_;
+  std::unique_ptr<Transport> states_;
+  SceneRun run_;
+  RunState time_;
+  std::unique_ptr<Executor> executor_;
+  Inbox inbox_;
+  CommandDesk desk_;
+  std::unique_ptr<Journal> journal_;
+  Publisher publisher_;
+  Pacer pacer_;
+
+  Snapshot snapshot_;
+  std::deque<Event> events_;
+  std::int64_t next_event_ = 1;
+  BodyId described_;  ///< bodies up to this one have been described to the newest client
+  std::int64_t next_status_us_ = 0;
+  std::int64_t overruns_told_ = 0;  ///< in the last status
+  std::atomic<std::int64_t> unknown_datagrams_ = 0;
+  StepReport last_report_;
+  Times times_;
+};
+
+}  // namespace cradle

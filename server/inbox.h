@@ -1,0 +1,53 @@
+/// Between the network and the tick: a bounded queue of commands as they came.
+///
+/// The receive thread puts, the tick drains: nothing is done directly in reaction to a packet.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+#include "protocol/codec.h"
+
+namespace cradle {
+
+struct RawCommand {
+  MessageKind kind = MessageKind::hello;
+  Bytes payload;
+};
+
+class Inbox {
+ public:
+  Inbox();
+  ~Inbox();
+  Inbox(const Inbox&) = delete;
+  Inbox& operator=(const Inbox&) = delete;
+
+  struct Contents {
+    std::vector<RawCommand> commands;  ///< in the order of arrival
+    std::vector<CommandHeader>
+        overflow;  ///< of commands that found the inbox full: to be told `busy`
+  };
+
+  /// Copies the payload. A payload of the wrong size is counted and dropped here already. Any
+  /// thread.
+  void put(MessageKind kind, ByteView payload);
+
+  /// All that has come since the last call.
+  Contents drain();
+
+  std::int64_t rejected() const;  ///< of the wrong size
+  std::int64_t dropped() const;   ///< found the inbox full, and could not even be told so
+
+  /// Becomes readable when something waits; drain() resets it.
+  int file_descriptor() const { return event_; }
+
+ private:
+  mutable std::mutex mutex_;
+  Contents contents_;
+  std::int64_t rejected_ = 0;
+  std::int64_t dropped_ = 0;
+  int event_ = -1;
+};
+
+}  // namespace cradle

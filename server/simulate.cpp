@@ -1,0 +1,141 @@
+#include "server/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "server/stopwatch.h"
+#include "server/thread_pool.h"
+#include "server/trace.h"
+
+namespace cradle {
+namespace {
+
+void check_range(const std::string& option, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw OptionError(option + " must be between " + std::to_string(least) + " and " +
+                    std::to_string(most));
+}
+
+/// The scene's settings, as far as no option overrides them.
+WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings) {
+  if (options.dt_s) {
+    check_range("--dt", *options.dt_s, 1 / limits::kRateMax_hz, 1 / limits::kRateMin_hz);
+    settings.rate_hz = 1 / *options.dt_s;
+  }
+  if (options.sub_steps) {
+    check_range("--substeps", *options.sub_steps, 1, limits::kSubStepsMax);
+    settings.sub_steps = *options.sub_steps;
+  }
+  return settings;
+}
+
+/// Writes all bodies after each tick, under their names or ids.
+class Trace {
+ public:
+  Trace(const std::string& path, const SceneRun& run) : output_(path) {
+    for (const BodySpec& body : run.scene().bodies) {
+      const std::string id = std::to_string(run.id(names_.size()).value);
+      names_.push_back(body.name.empty() ? id : csv_field(body.name));
+    }
+    output_.write(kTraceHeader);
+  }
+
+  void write(const World& world) {
+    world.snapshot(states_);
+    const double time_s = static_cast<double>(world.tick()) / world.settings().rate_hz;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      output_.write(trace_line(world.tick(), time_s, names_[i], states_[i]));
+    }
+  }
+
+  void finish() { output_.finish(); }
+
+ private:
+  Output output_;
+  std::vector<std::string> names_;
+  std::vector<BodyState> states_;
+};
+
+}  // namespace
+
+SceneRun::SceneRun(Scene scene) : scene_(std::move(scene)), world_(scene_.settings) {
+  const Outcome made = world_.spawn(scene_.bodies);
+  if (made.result != Result::ok) {
+    throw SceneError(scene_.name + ": body number " + std::to_string(made.item) + ": " +
+                     std::string(to_string(made.result)));
+  }
+  first_ = made.body;
+}
+
+BodyId SceneRun::id(std::size_t index) const {
+  return {first_.value + static_cast<std::int64_t>(index)};
+}
+
+void SceneRun::begin_due_wrenches() {
+  const Tick tick = world_.tick() + 1;
+  for (; next_wrench_ < scene_.wrenches.size(); ++next_wrench_) {
+    const TimedWrench& due = scene_.wrenches[next_wrench_];
+    if (due.tick > tick) return;
+    Wrench wrench = due.wrench;
+    wrench.body = id(due.body);
+    BodyState state;
+    if (world_.find(wrench.body, state) && state.quarantined) continue;
+    const Outcome outcome = world_.push(std::span(&wrench, 1));
+    if (outcome.result != Result::ok) {
+      throw SceneError(scene_.name + ": the wrench of tick " + std::to_string(due.tick) +
+                       " on body number " + std::to_string(due.body) + ": " +
+                       std::string(to_string(outcome.result)));
+    }
+  }
+}
+
+StepReport SceneRun::step(Executor& executor, StepObserver* observer) {
+  begin_due_wrenches();
+  return world_.step(executor, observer);
+}
+
+void simulate(const SimulateOptions& options) {
+  check_range("--threads", options.threads, 1, ThreadPool::kThreadsMax);
+  if (options.trace == "-" && options.summary == "-") {
+    throw OptionError("--trace and --summary cannot both be standard output");
+  }
+  Scene scene = load_scene(options.scene);
+  scene.settings = settings_of(options, scene.settings);
+  check_range("--duration, in ticks", options.duration_s * scene.settings.rate_hz, 0.5, 1e9);
+  Summary summary;
+  summary.scene = options.scene;
+  summary.settings = scene.settings;
+  summary.threads = options.threads;
+  summary.ticks = std::llround(options.duration_s * scene.settings.rate_hz);
+
+  SceneRun run(std::move(scene));
+  std::optional<Trace> trace;
+  std::optional<Output> summary_output;
+  if (!options.trace.empty()) trace.emplace(options.trace, run);
+  if (!options.summary.empty()) summary_output.emplace(options.summary);
+
+  ThreadPool threads(options.threads);
+  std::vector<double> times_us;
+  if (trace) trace->write(run.world());
+  for (Tick tick = 1; tick <= summary.ticks; ++tick) {
+    const Stopwatch stopwatch;
+    summary.last_step = run.step(threads);
+    times_us.push_back(stopwatch.elapsed_us());
+    summary.penetration_max_m =
+        std::max(summary.penetration_max_m, summary.last_step.penetration_max_m);
+    if (trace) trace->write(run.world());
+  }
+  if (trace) trace->finish();
+  if (!summary_output) return;
+  summary.wall_time_s = 1e-6 * std::accumulate(times_us.begin(), times_us.end(), 0.0);
+  summary.tick_times = summarise(std::move(times_us));
+  summary.bodies = run.world().body_count();
+  summary.quarantined = run.world().quarantined_count();
+  summary.totals = run.world().totals();
+  summary.hash = run.world().hash();
+  summary_output->write(to_json(summary));
+  summary_output->finish();
+}
+
+}  // namespace cradle

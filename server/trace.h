@@ -1,0 +1,67 @@
+/// What `cradled simulate` writes: the trace of all bodies (CSV) and the summary of a run (JSON).
+///
+/// All numbers have 17 digits, which is every bit of a double.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/stopwatch.h"
+#include "server/world/world.h"
+
+namespace cradle {
+
+/// An output file that cannot be opened or written: "FILE: reason".
+class OutputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A file, or standard output for the path "-".
+class Output {
+ public:
+  /// Throws OutputError.
+  explicit Output(const std::string& path);
+  void write(const std::string& text);
+  /// Call it when all is written. Throws OutputError if any of it could not be.
+  void finish();
+
+ private:
+  std::ostream& stream();
+
+  std::string path_;
+  std::ofstream file_;
+};
+
+/// First line of a trace.
+inline constexpr const char* kTraceHeader =
+    "tick,time_s,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
+
+/// The line of one body: pose and velocity of its centre of mass (which is the origin of every
+/// shape there is), m, m/s, rad/s, in W. `name` as CSV quotes it.
+std::string trace_line(Tick tick, double time_s, const std::string& name, const BodyState& state);
+
+/// `text` in quotes if CSV needs them (RFC 4180).
+std::string csv_field(const std::string& text);
+
+struct Summary {
+  std::string scene;
+  WorldSettings settings;
+  int threads = 1;
+  Tick ticks = 0;
+  double wall_time_s = 0;  ///< of all steps
+  TickTimes tick_times;
+  std::int64_t bodies = 0;
+  std::int64_t quarantined = 0;
+  StepReport last_step;
+  double penetration_max_m = 0;  ///< of all ticks
+  Totals totals;
+  std::array<std::uint8_t, 8> hash{};
+};
+std::string to_json(const Summary& summary);
+
+}  // namespace cradle

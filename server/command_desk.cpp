@@ -77,7 +77,7 @@ std::vector<Command> CommandDesk::take_due(Tick coming_tick, bool is_stepping) {
   std::vector<Command> due;
   const auto take = [&](auto begin, auto end) {
     for (auto entry = begin; entry != end; ++entry) {
-      if (std::get<Tick>(entry->first) != 0) --sessions_.at(entry->second.header.client).queued;
+      if (std::get<0>(entry->first) != 0) --sessions_.at(entry->second.header.client).queued;
       due.push_back(std::move(entry->second));
     }
     return waiting_.erase(begin, end);

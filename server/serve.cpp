@@ -24,6 +24,9 @@ class StopSignals {
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
   }
   ~StopSignals() {
+    signalfd_siginfo taken;  // what has come is answered; left pending, it would end us below
+    while (::read(descriptor_, &taken, sizeof taken) > 0) {
+    }
     ::close(descriptor_);
     pthread_sigmask(SIG_SETMASK, &old_, nullptr);  // a second signal ends the process at once
   }

@@ -27,7 +27,7 @@ check(server/dynamics "^(${vocabulary}|server/(collision|dynamics)/|Eigen/)" "${
 check(server/world
   "^(${vocabulary}|protocol/(command|validate)\\.h|server/(collision|dynamics|world)/|Eigen/)"
   "${shells}")
-check(client/include "^(${vocabulary}|cradle/client\\.h)" "")
+check(client/include "^(${vocabulary}|cradle/client[a-z_]*\\.h)" "")
 check(client/src "^(cradle/|client/src/|protocol/)" "")
 check(client/examples "^cradle/" "")
 check(client/tools "^(cradle/|client/tools/|CLI/)" "")

@@ -23,11 +23,12 @@ struct Plane {
   double offset = 0;                  ///< m
 };
 
+/// Boxes that are empty, not finite or reach beyond 1e100 m meet nothing.
 struct BroadPhaseInput {
-  std::span<const Aabb> boxes;            ///< one a slot; empty boxes meet nothing
-  std::span<const std::uint8_t> moves;    ///< one a slot; two slots with 0 are no pair
-  std::span<const Plane> planes;          ///< their slots have empty boxes
-  bool renumbered = false;                ///< true if slots do not mean the bodies of last time
+  std::span<const Aabb> boxes;          ///< one a slot
+  std::span<const std::uint8_t> moves;  ///< one a slot; two slots with 0 are no pair, planes too
+  std::span<const Plane> planes;        ///< their slots have empty boxes
+  bool renumbered = false;              ///< true if slots do not mean the bodies of last time
 };
 
 class BroadPhase {

@@ -6,7 +6,8 @@
 namespace cradle {
 
 /// Contacts of A and B that are closer than `margin` (m). Symmetric in its arguments up to the
-/// sign of the normal. Pairs without a closed form, or with a shape `none`, give none.
+/// sign of the normal, but for two boxes whose best faces are equally good: then A's gives it.
+/// Pairs without a closed form, with a shape `none` or with a pose that is not finite give none.
 Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
                  double margin);
 

@@ -1,0 +1,41 @@
+#include "server/collision/bounds.h"
+
+namespace cradle {
+namespace {
+
+/// Half the edges of the box in W of a posed shape, m.
+Vector half_edges(const Shape& shape, const Pose& X_WB) {
+  if (shape.kind == ShapeKind::sphere) return Vector::Constant(shape.radius_m());
+  return X_WB.R.cwiseAbs() * to_eigen(shape.half_extents_m());
+}
+
+}  // namespace
+
+Aabb bounds(const Shape& shape, const Pose& X_WB) {
+  if (shape.kind != ShapeKind::sphere && shape.kind != ShapeKind::box) return {};
+  const Vector half = half_edges(shape, X_WB);
+  return {X_WB.x - half, X_WB.x + half};
+}
+
+Aabb swept(const Aabb& box, const Vector& displacement, double margin) {
+  if (box.is_empty()) return box;
+  const Vector grow = Vector::Constant(margin);
+  return {box.lower + displacement.cwiseMin(0.0) - grow,
+          box.upper + displacement.cwiseMax(0.0) + grow};
+}
+
+double bounding_radius(const Shape& shape) {
+  switch (shape.kind) {
+    case ShapeKind::none:
+      return 0;
+    case ShapeKind::sphere:
+      return shape.radius_m();
+    case ShapeKind::box:
+      return to_eigen(shape.half_extents_m()).norm();
+    case ShapeKind::half_space:
+      break;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace cradle

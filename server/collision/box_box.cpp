@@ -1,0 +1,176 @@
+// Box against box: separating axes, then the clipped faces or one point of two edges.
+//
+// Method: the 15 axes of Gottschalk, Lin and Manocha, "OBBTree" (1996); what the best axis means
+// for the contact after Gregorius, "The separating axis test between convex polyhedra" (GDC 2013);
+// closest points of two edges after Ericson, "Real-Time Collision Detection" (2005), 5.1.9.
+// Symbols, all in A's frame: C axes of B as columns, t from A's centre to B's, h half extents,
+// s separation along an axis (negative: overlap), i an axis of A, j of B, n normal from A to B.
+// Where we differ: faces are preferred to edges by a lead that grows with the overlap, and A to B
+// by a small one (tolerances.h). So the normal is that of the least translation but for ties
+// within these leads. If the preferred kind of contact has no point, the other one is tried: a
+// near miss of two edges lies over neither face.
+// Exact for disjoint boxes where a face or two edges are closest; corner against edge or corner
+// may report nothing until they touch. Cost at -O2: apart 35 ns, else 0.15 .. 0.3 us.
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/box_faces.h"
+#include "server/collision/pair_functions.h"
+#include "server/collision/tolerances.h"
+
+namespace cradle {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// B as A sees it.
+struct Boxes {
+  Vector h_A, h_B;
+  Matrix C, abs_C;
+  Vector t;
+};
+
+struct FaceAxis {
+  double s = 0;
+  int axis = 0;
+};
+
+struct EdgeAxis {
+  double s = -kInfinity;
+  int i = 0, j = 0;
+};
+
+FaceAxis best_face_of_A(const Boxes& b) {
+  FaceAxis best;
+  best.s = (b.t.cwiseAbs() - b.h_A - b.abs_C * b.h_B).maxCoeff(&best.axis);
+  return best;
+}
+
+FaceAxis best_face_of_B(const Boxes& b) {
+  const Vector t_B = b.C.transpose() * b.t;
+  FaceAxis best;
+  best.s = (t_B.cwiseAbs() - b.h_B - b.abs_C.transpose() * b.h_A).maxCoeff(&best.axis);
+  return best;
+}
+
+/// The best of the axes a_i x b_j. With l their length, s |s| / l^2 sorts them as s / l does, and
+/// takes no roots. If all edges are parallel, s is -infinity.
+EdgeAxis best_edge_axis(const Boxes& b) {
+  EdgeAxis best;
+  double best_square = -kInfinity;
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const double y = b.C(i1, j), z = b.C(i2, j);
+      const double length2 = y * y + z * z;
+      if (length2 < kTolerances.parallel_sine2) continue;
+      const double s = std::abs(b.t[i2] * y - b.t[i1] * z) - b.h_A[i1] * std::abs(z) -
+                       b.h_A[i2] * std::abs(y) - b.h_B[j1] * b.abs_C(i, j2) -
+                       b.h_B[j2] * b.abs_C(i, j1);
+      const double square = s * std::abs(s) / length2;
+      if (square > best_square) best_square = square, best.i = i, best.j = j;
+    }
+  }
+  const double root = std::sqrt(std::abs(best_square));
+  best.s = best_square < 0 ? -root : root;
+  return best;
+}
+
+/// An edge of a box: the one along `axis` that lies farthest in the direction `d`.
+struct Edge {
+  Vector middle;
+  std::uint32_t name = 0;
+
+  Edge(const Vector& half_extents, int axis, const Vector& d) : middle(half_extents) {
+    std::uint32_t bits = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (d[k] < 0) {
+        middle[k] = -half_extents[k];
+      } else {
+        bits |= 1u << k;
+      }
+    }
+    middle[axis] = 0;
+    name = name_of(bits & ~(1u << axis), bits | 1u << axis);
+  }
+};
+
+/// One point midway between the edges that meet along the axis. None if only their lines meet: if
+/// the edges are apart, and farther from each other than along the axis by more than `slack`.
+Manifold meet_edges(const Boxes& boxes, const EdgeAxis& axis, const Pose& X_WA, double slack) {
+  const Vector a = Vector::Unit(axis.i), b = boxes.C.col(axis.j);
+  Vector n = a.cross(b).normalized();
+  if (n.dot(boxes.t) < 0) n = -n;
+  const Edge edge_A(boxes.h_A, axis.i, n);
+  const Edge edge_B(boxes.h_B, axis.j, -(boxes.C.transpose() * n));
+
+  const Vector middle_B = boxes.t + boxes.C * edge_B.middle;
+  const Vector d = middle_B - edge_A.middle;
+  const double c = a.dot(b), a_d = a.dot(d), b_d = b.dot(d);
+  const double end_A = boxes.h_A[axis.i], end_B = boxes.h_B[axis.j];
+  double along_A = std::clamp((a_d - c * b_d) / (1 - c * c), -end_A, end_A);
+  const double along_B = std::clamp(c * along_A - b_d, -end_B, end_B);
+  along_A = std::clamp(a_d + c * along_B, -end_A, end_A);
+  const Vector p = edge_A.middle + a * along_A;
+  const Vector q = middle_B + b * along_B;
+
+  Manifold manifold;
+  if (axis.s > 0 && (q - p).norm() > axis.s + slack) return manifold;
+  constexpr std::uint32_t kNoFace = 15u << 12;
+  manifold.normal_W = X_WA.R * n;
+  manifold.count = 1;
+  manifold.points[0] = {X_WA.x + X_WA.R * (0.5 * (p + q)), axis.s,
+                        kNoFace | edge_A.name << 6 | edge_B.name};
+  return manifold;
+}
+
+/// 1 for crates, smaller for matchboxes: see tolerances.h.
+double length_scale(const Boxes& b) {
+  return std::min(1.0,
+                  std::min(b.h_A.minCoeff(), b.h_B.minCoeff()) / kTolerances.nominal_half_extent_m);
+}
+
+}  // namespace
+
+Manifold box_box(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
+                 double margin) {
+  Boxes boxes;
+  boxes.h_A = to_eigen(shape_A.half_extents_m());
+  boxes.h_B = to_eigen(shape_B.half_extents_m());
+  boxes.t = X_WA.R.transpose() * (X_WB.x - X_WA.x);
+  boxes.C = X_WA.R.transpose() * X_WB.R;
+  boxes.abs_C = boxes.C.cwiseAbs();
+
+  const FaceAxis face_A = best_face_of_A(boxes);
+  if (!(face_A.s <= margin)) return {};
+  const FaceAxis face_B = best_face_of_B(boxes);
+  if (!(face_B.s <= margin)) return {};
+  const EdgeAxis edge = best_edge_axis(boxes);
+  if (edge.s > margin) return {};
+
+  const double scale = length_scale(boxes);
+  const double slack = scale * kTolerances.clip_slack_m;
+  const auto meet_faces = [&] {
+    const PosedBox A{boxes.h_A, X_WA}, B{boxes.h_B, X_WB};
+    if (face_B.s <= face_A.s + scale * kTolerances.reference_bias_m) {
+      return clip_faces(A, B, face_A.axis, 0, margin, slack);
+    }
+    Manifold manifold = clip_faces(B, A, face_B.axis, 1, margin, slack);
+    manifold.normal_W = -manifold.normal_W;
+    return manifold;
+  };
+  const auto meet_best_edges = [&] {
+    return edge.s > -kInfinity ? meet_edges(boxes, edge, X_WA, slack) : Manifold{};
+  };
+
+  const double face = std::max(face_A.s, face_B.s);
+  const double lead =
+      scale * kTolerances.edge_bias_m + kTolerances.edge_bias_per_depth * std::max(0.0, -face);
+  const bool edges_first = edge.s > face + lead;
+  const Manifold manifold = edges_first ? meet_best_edges() : meet_faces();
+  if (manifold.count > 0) return manifold;
+  return edges_first ? meet_faces() : meet_best_edges();
+}
+
+}  // namespace cradle

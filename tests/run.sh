@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# One command: installs what is missing, builds everything, runs the tests in a network of their own.
+#
+# Usage: tests/run.sh [--sanitize address,undefined|thread] [--option -DX=Y] [CTEST OPTION...]
+#   tests/run.sh                    all tests
+#   tests/run.sh -L unit            those of one folder: unit, physics, wire, integration, replay
+#   tests/run.sh -R "eight client"  those whose name matches
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+options=(-DCMAKE_BUILD_TYPE=Release)
+folder=build
+while (($# > 0)); do
+  case $1 in
+    --sanitize)
+      options+=("-DCRADLE_SANITIZE=${2:?--sanitize needs a list}")
+      folder=build-${2//,/-}
+      shift 2
+      ;;
+    --option) options+=("${2:?--option needs one for cmake}") && shift 2 ;;
+    -h | --help) sed -n '2,/^set/s/^# \?//p' "${BASH_SOURCE[0]}" | head -n -1 && exit 0 ;;
+    *) break ;;
+  esac
+done
+export CRADLE_BUILD=${CRADLE_BUILD:-$root/$folder}
+source "$root/server/network.sh"
+
+install_packages
+echo "building $build_dir"
+build_programs "${options[@]}" --
+find_network
+in_network ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)" "$@"

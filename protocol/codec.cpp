@@ -152,7 +152,9 @@ std::optional<CommandHeader> peek_header(MessageKind kind, ByteView payload) {
   const std::size_t at = kFingerprintBytes + (layout(kind).item == 0 ? 0 : kCountBytes);
   if (!is_command(kind) || payload.size() < at + 4 * sizeof(std::int64_t)) return std::nullopt;
   const auto field = [&](std::size_t i) { return read_big_endian(payload.subspan(at + 8 * i, 8)); };
-  return CommandHeader{field(0), field(1), field(2), field(3)};
+  CommandHeader header;
+  const wire::command_header_v1 fields{field(0), field(1), field(2), field(3)};
+  return from_wire(fields, header) ? std::optional(header) : std::nullopt;
 }
 
 MessageKind kind_of(const CommandBody& body) { return static_cast<MessageKind>(body.index()); }

@@ -27,7 +27,8 @@ int items_per_datagram(MessageKind kind, int datagram_bytes);
 /// True if the message's count is one that `payload`'s size agrees with.
 bool has_exact_size(MessageKind kind, ByteView payload);
 
-/// The header alone, without decoding the rest; nothing if there is no room for one.
+/// The header alone, without decoding the rest; nothing if there is no room for one, or if its
+/// numbers are none that a receipt could repeat.
 std::optional<CommandHeader> peek_header(MessageKind kind, ByteView payload);
 
 /// Which message carries this command.

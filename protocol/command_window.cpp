@@ -24,6 +24,9 @@ ReceiveWindow::Verdict ReceiveWindow::arrive(Command&& command) {
   using Kind = Verdict::Kind;
   const CommandHeader header = command.header;
   if (header.sequence < next_) {
+    if (const auto open = open_.find(header.sequence); open != open_.end()) {
+      return open->second ? Verdict{Kind::answered, *open->second} : Verdict{Kind::held, {}};
+    }
     const auto kept = receipts_.find(header.sequence);
     if (kept != receipts_.end()) return {Kind::answered, kept->second};
     return {Kind::answered, refusal(header, Result::expired)};
@@ -40,14 +43,21 @@ std::optional<Command> ReceiveWindow::take_next() {
   if (first == held_.end()) return std::nullopt;
   Command command = std::move(first->second);
   held_.erase(first);
-  ++next_;
+  open_.emplace(next_++, std::nullopt);
   return command;
 }
 
 void ReceiveWindow::keep(const Receipt& receipt) {
+  if (receipt.outcome.result == Result::queued) {
+    open_[receipt.sequence] = receipt;
+    return;
+  }
+  open_.erase(receipt.sequence);
   receipts_[receipt.sequence] = receipt;
-  while (receipts_.size() > static_cast<std::size_t>(limits::kReceiptsKept)) {
-    receipts_.erase(receipts_.begin());
+  answered_.push_back(receipt.sequence);
+  if (answered_.size() > static_cast<std::size_t>(limits::kReceiptsKept)) {
+    receipts_.erase(answered_.front());
+    answered_.pop_front();
   }
 }
 

@@ -27,26 +27,29 @@ class ReceiveWindow {
   struct Verdict {
     enum class Kind {
       in_order,  ///< take it now, then all that take_next() yields
-      held,      ///< kept until the gap before it is filled; no answer yet
+      held,      ///< no answer yet: kept until the gap before it is filled, or taken already
       answered,  ///< `receipt` is the answer
     } kind;
     Receipt receipt;
   };
   Verdict arrive(Command&& command);
 
-  /// The command whose turn it is, once; nothing if it has not arrived.
+  /// The command whose turn it is, once; nothing if it has not arrived. It must be answered.
   std::optional<Command> take_next();
 
-  /// Keeps the answer for repetitions; a later one for the same sequence replaces it.
+  /// Keeps the answer for repetitions; the final one replaces `queued`.
   void keep(const Receipt& receipt);
 
   std::int64_t next() const { return next_; }
   std::size_t held() const { return held_.size(); }
 
  private:
-  std::int64_t next_;                         ///< sequence that is to be taken next
-  std::map<std::int64_t, Command> held_;      ///< arrived, next_ <= sequence
-  std::map<std::int64_t, Receipt> receipts_;  ///< the last kReceiptsKept
+  std::int64_t next_;                     ///< sequence that is to be taken next
+  std::map<std::int64_t, Command> held_;  ///< arrived, next_ <= sequence
+  /// Taken, without a final answer; the receipt, if any, says `queued`.
+  std::map<std::int64_t, std::optional<Receipt>> open_;
+  std::map<std::int64_t, Receipt> receipts_;  ///< the last kReceiptsKept final answers,
+  std::deque<std::int64_t> answered_;         ///< their sequences, in the order of answering
 };
 
 /// The client's end: what is not answered yet, and when to send it again.

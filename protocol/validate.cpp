@@ -103,14 +103,30 @@ Result check_material(const Material& m) {
   return is_in_range ? Result::ok : Result::out_of_range;
 }
 
-/// Length of the UTF-8 sequence that `lead` begins, 0 if it begins none (Unicode 15, table 3-7,
-/// without the narrower second bytes of E0, ED, F0 and F4).
+/// Length of the UTF-8 sequence that `lead` begins, 0 if it begins none (Unicode 15, table 3-7).
 int sequence_length(unsigned char lead) {
   if (lead < 0x80) return 1;
   if (lead >= 0xC2 && lead <= 0xDF) return 2;
   if (lead >= 0xE0 && lead <= 0xEF) return 3;
   if (lead >= 0xF0 && lead <= 0xF4) return 4;
   return 0;
+}
+
+/// True if `second` may follow `lead`: the same table, without the control characters of C2 80..9F.
+bool may_follow(unsigned char lead, unsigned char second) {
+  switch (lead) {
+    case 0xC2:
+    case 0xE0:
+      return second >= 0xA0;
+    case 0xED:
+      return second <= 0x9F;
+    case 0xF0:
+      return second >= 0x90;
+    case 0xF4:
+      return second <= 0x8F;
+    default:
+      return true;
+  }
 }
 
 Result validate(BodyId id) { return id.value > 0 ? Result::ok : Result::unknown_body; }
@@ -154,9 +170,8 @@ bool is_name(std::string_view name, int max_bytes) {
     if (length == 0 || lead < 0x20 || lead == 0x7F) return false;
     if (i + static_cast<std::size_t>(length) > name.size()) return false;
     for (int k = 1; k < length; ++k) {
-      if ((static_cast<unsigned char>(name[i + static_cast<std::size_t>(k)]) & 0xC0) != 0x80) {
-        return false;
-      }
+      const auto byte = static_cast<unsigned char>(name[i + static_cast<std::size_t>(k)]);
+      if ((byte & 0xC0) != 0x80 || (k == 1 && !may_follow(lead, byte))) return false;
     }
     i += static_cast<std::size_t>(length);
   }

@@ -153,7 +153,7 @@ bool from_wire(const wire::receipt_v1& w, Receipt& v) {
   v.outcome.result = static_cast<Result>(w.result);
   v.outcome.item = w.item;
   return is_integer(w.client) && is_integer(w.sequence) && is_integer(w.tick) &&
-         is_integer(w.body) && to_string(v.outcome.result) != "unlisted";
+         is_integer(w.body) && w.item >= 0 && to_string(v.outcome.result) != "unlisted";
 }
 
 void to_wire(const BodyState& v, wire::body_state_v1& w) {
@@ -306,7 +306,7 @@ wire::receipts_v1 to_wire(const Receipts& v) {
 }
 bool from_wire(const wire::receipts_v1& w, Receipts& v) {
   v.epoch = w.epoch;
-  return is_integer(w.epoch) && list_from_wire(w.receipts, v.receipts);
+  return is_integer(w.epoch, 1) && list_from_wire(w.receipts, v.receipts);
 }
 
 wire::world_status_v1 to_wire(const WorldStatus& v) {
@@ -379,8 +379,25 @@ bool from_wire(const wire::world_status_v1& w, WorldStatus& v) {
   v.state_port = w.state_port;
   v.datagram_bytes = w.datagram_bytes;
   v.receive_buffer_bytes = w.receive_buffer_bytes;
-  return (w.flags & ~known) == 0 && is_integer(w.epoch, 1) && is_integer(w.tick) &&
-         is_integer(w.tick_time_us) && get(w.name, v.name);
+  const std::int64_t counts[] = {w.tick,
+                                 w.tick_time_us,
+                                 w.bodies,
+                                 w.contacts,
+                                 w.clients,
+                                 w.wrenches,
+                                 w.overruns,
+                                 w.commands_applied,
+                                 w.commands_refused,
+                                 w.datagrams_rejected,
+                                 w.datagrams_dropped,
+                                 w.chunks_dropped,
+                                 w.quarantined,
+                                 w.state_port,
+                                 w.datagram_bytes,
+                                 w.receive_buffer_bytes};
+  return (w.flags & ~known) == 0 && is_integer(w.epoch, 1) &&
+         std::all_of(std::begin(counts), std::end(counts), [](auto n) { return is_integer(n); }) &&
+         get(w.name, v.name);
 }
 
 wire::body_states_v1 to_wire(const StateChunk& v) {

@@ -1,10 +1,11 @@
 #include "server/command_desk.h"
 
 #include <cradle/limits.h>
-#include <cradle/version.h>
 
 #include <algorithm>
 #include <utility>
+
+#include "protocol/validate.h"
 
 namespace cradle {
 namespace {
@@ -46,7 +47,8 @@ void CommandDesk::admit_one(Command&& command, Tick coming_tick, std::int64_t no
 void CommandDesk::greet(Command&& command, std::int64_t now_us) {
   const CommandHeader header = command.header;
   const auto& hello = std::get<Hello>(command.body);
-  if (hello.protocol_version != kProtocolVersion) return refuse(header, Result::bad_version);
+  const Result fault = validate(command.body).result;
+  if (fault != Result::ok) return refuse(header, fault);
   if (!make_room(now_us)) return refuse(header, Result::over_quota);
   newcomers_.push_back(hello.name);
   Session session{hello.name, ReceiveWindow(header.sequence), now_us, 0};
@@ -109,12 +111,14 @@ void CommandDesk::refuse(const CommandHeader& header, Result result) {
   outgoing_.push_back({header.client, header.sequence, 0, {result, {}, 0}});
 }
 
-/// Room for one more session, if need be that of the client that has been silent longest.
+/// Room for one more session, if need be that of the client that has been silent longest, of those
+/// for whom nothing is queued.
 bool CommandDesk::make_room(std::int64_t now_us) {
   if (sessions_.size() < static_cast<std::size_t>(limits::kClients)) return true;
+  const auto rank = [](const Session& s) { return std::pair(s.queued > 0, s.heard_us); };
   const auto oldest = std::min_element(
       sessions_.begin(), sessions_.end(),
-      [](const auto& a, const auto& b) { return a.second.heard_us < b.second.heard_us; });
+      [&](const auto& a, const auto& b) { return rank(a.second) < rank(b.second); });
   if (now_us - oldest->second.heard_us < kSilence_us || oldest->second.queued > 0) return false;
   sessions_.erase(oldest);
   return true;

@@ -1,6 +1,6 @@
 #include "server/commands.h"
 
-#include <algorithm>
+#include <cradle/limits.h>
 
 #include "protocol/validate.h"
 
@@ -44,6 +44,9 @@ class Applier {
   /// Steps are for a world that stands still; each command's come after those before it.
   Outcome step(std::int64_t steps) const {
     if (!run_.paused && !run_.lockstep) return {Result::not_allowed, {}, 0};
+    if (run_.pending.size() >= static_cast<std::size_t>(limits::kQueuedCommands)) {
+      return {Result::over_quota, {}, 0};
+    }
     const Tick begin = run_.pending.empty() ? world_.tick() : run_.pending.back().until;
     run_.pending.push_back({header_, begin + steps});
     return {Result::queued, {}, 0};

@@ -22,6 +22,8 @@ constexpr std::string_view kLogLevels[] = {"trace", "debug", "info", "warn", "er
 /// Every message fits with one item; the status is the largest.
 constexpr int kDatagramBytesMin = 512;
 
+std::string quoted(const std::string& text) { return '"' + text + '"'; }
+
 }  // namespace
 
 Config load_config(const std::string& path) {
@@ -49,13 +51,13 @@ std::optional<ConfigFault> find_fault(const Config& config) {
     return value >= least && value <= most;
   };
   if (!is_world_name(config.world)) {
-    return ConfigFault{"world", "must be 1 to " + std::to_string(limits::kWorldNameBytes) +
+    return ConfigFault{"world", quoted(config.world) + " is not 1 to " +
+                                    std::to_string(limits::kWorldNameBytes) +
                                     " letters, digits, '-' and '_'"};
   }
   if (!parse_lcm_url(config.lcm_url)) {
-    return ConfigFault{"lcm_url",
-                       "must be like udpm://239.255.76.67:7667?ttl=0, with a multicast "
-                       "group and a port of 1024 to 65534"};
+    return ConfigFault{"lcm_url", quoted(config.lcm_url) + " is not like " + LcmUrl().text() +
+                                      ", with a multicast group and a port of 1024 to 65534"};
   }
   if (config.rate_hz != 0 && !is_within(config.rate_hz, limits::kRateMin_hz, limits::kRateMax_hz)) {
     return ConfigFault{"rate_hz", "must be 0 (as the scene says) or 1 to 10000"};
@@ -69,7 +71,8 @@ std::optional<ConfigFault> find_fault(const Config& config) {
   }
   if (std::find(std::begin(kLogLevels), std::end(kLogLevels), config.log_level) ==
       std::end(kLogLevels)) {
-    return ConfigFault{"log_level", "must be trace, debug, info, warn, error or off"};
+    return ConfigFault{
+        "log_level", quoted(config.log_level) + " is none of trace, debug, info, warn, error, off"};
   }
   return std::nullopt;
 }

@@ -153,8 +153,13 @@ bool Daemon::apply_due(bool is_stepping) {
 }
 
 void Daemon::step(PhaseTimer& timer) {
+  const std::int64_t left_out = run_.wrenches_left_out();
   last_report_ = run_.step(*executor_, &timer);
   ++times_.ticks;
+  if (run_.wrenches_left_out() > left_out) {
+    spdlog::warn("tick {}: {} wrenches of the scene left out, their bodies cannot take them",
+                 run_.world().tick(), run_.wrenches_left_out() - left_out);
+  }
   for (Event& event : run_.world().take_events()) {
     spdlog::warn("body {} \"{}\" quarantined at tick {}: {}", event.body.value, event.name,
                  event.tick, to_string(event.reason));

@@ -28,7 +28,7 @@ say() { printf '%-9s %s\n' "$1" "$2"; }
 
 if [[ -z $inside ]]; then
   install_packages
-  say build "$bin"
+  say build "$bin, which takes minutes the first time"
   build_programs -DCMAKE_BUILD_TYPE=Release -- cradled cradle example_play
   find_network
   [[ $keep == yes ]] && set -- --keep
@@ -41,9 +41,10 @@ export CRADLE_WORLD=demo CRADLE_LCM_URL="udpm://239.255.76.67:$port?ttl=0"
 work=$(mktemp -d)
 children=()
 finish() {
-  ((${#children[@]} > 0)) && kill "${children[@]}" 2>/dev/null
-  wait
   rm -rf "$work"
+  ((${#children[@]} > 0)) || return 0
+  kill "${children[@]}" 2>/dev/null || true
+  wait "${children[@]}" 2>/dev/null || true
 }
 trap finish EXIT
 trap 'exit 130' INT
@@ -74,7 +75,7 @@ wait "$watcher"
 wait "$player" || { cat "$work/play" "$work/cradled.log" >&2 && exit 1; }
 children=("$server")
 
-echo
+[[ -t 1 ]] && echo
 say played "$(<"$work/play")"
 if [[ $keep == yes ]]; then
   enter=

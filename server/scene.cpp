@@ -300,7 +300,7 @@ class SceneReader {
     table.read("taper", lattice.taper);
     for (std::size_t axis : {0U, 1U}) {
       const std::int64_t taper = lattice.taper[axis], layers_above = lattice.count[2] - 1;
-      // The most there can be is count - 1, in all layers together.
+      // Below count first, so that the product cannot overflow.
       if (taper < 0 || taper >= lattice.count[axis] ||
           taper * layers_above >= lattice.count[axis]) {
         table.refuse("taper", "must leave a body in the highest layer");

@@ -17,8 +17,7 @@ class SceneRun {
   /// Throws SceneError if the world refuses a body.
   explicit SceneRun(Scene scene);
 
-  /// Begins the wrenches that are due, then steps once. Wrenches of bodies in quarantine are left
-  /// out; throws SceneError if the world refuses any other.
+  /// Begins the wrenches that are due, then steps once.
   StepReport step(Executor& executor, StepObserver* observer = nullptr);
 
   World& world() { return world_; }
@@ -26,6 +25,8 @@ class SceneRun {
   /// The id of the scene's body number `index`.
   BodyId id(std::size_t index) const;
   const Scene& scene() const { return scene_; }
+  /// Wrenches that the world refused when they were due: their body was in quarantine, or gone.
+  std::int64_t wrenches_left_out() const { return wrenches_left_out_; }
 
  private:
   void begin_due_wrenches();
@@ -34,6 +35,7 @@ class SceneRun {
   World world_;
   BodyId first_;
   std::size_t next_wrench_ = 0;
+  std::int64_t wrenches_left_out_ = 0;
 };
 
 struct SimulateOptions {

@@ -63,15 +63,16 @@ TomlFile::TomlFile(std::string_view text, std::string file_name, Refuse refuse_f
 }
 
 std::string read_file(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  errno = 0;
   // A folder can be opened, and only reading it fails.
-  if (!stream.is_open() || stream.bad() || std::filesystem::is_directory(path)) {
-    const int code = errno != 0 ? errno : EISDIR;
-    throw std::filesystem::filesystem_error("cannot be read", path,
-                                            std::error_code(code, std::generic_category()));
+  const bool is_folder = std::filesystem::is_directory(path);
+  std::ifstream stream(path, std::ios::binary);
+  if (is_folder || !stream) {
+    throw std::filesystem::filesystem_error(
+        "cannot be read", path,
+        std::error_code(is_folder ? EISDIR : errno, std::generic_category()));
   }
-  return text;
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 TomlTable::TomlTable(const TomlFile& file, const toml::table& table, TomlKeys keys)

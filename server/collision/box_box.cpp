@@ -153,12 +153,9 @@ Manifold box_box(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, c
   const double slack = scale * kTolerances.clip_slack_m;
   const auto meet_faces = [&] {
     const PosedBox A{boxes.h_A, X_WA}, B{boxes.h_B, X_WB};
-    if (face_B.s <= face_A.s + scale * kTolerances.reference_bias_m) {
-      return clip_faces(A, B, face_A.axis, 0, margin, slack);
-    }
-    Manifold manifold = clip_faces(B, A, face_B.axis, 1, margin, slack);
-    manifold.normal_W = -manifold.normal_W;
-    return manifold;
+    const bool on_A = face_B.s <= face_A.s + scale * kTolerances.reference_bias_m;
+    return on_A ? clip_faces(A, B, face_A.axis, 0, margin, slack)
+                : clip_faces(B, A, face_B.axis, 1, margin, slack);
   };
   const auto meet_best_edges = [&] {
     return edge.s > -kInfinity ? meet_edges(boxes, edge, X_WA, slack) : Manifold{};

@@ -31,7 +31,8 @@ namespace cradle {
 namespace {
 
 constexpr std::size_t kSides = 4;
-// Of a quadrilateral's corners, in order.
+// Of a quadrilateral's corners, in order. (No C arrays: g++ 12 with -fsanitize=bounds misreads an
+// index inside a shift.)
 constexpr std::array<double, kSides> kSignX = {1, -1, -1, 1};
 constexpr std::array<double, kSides> kSignY = {1, 1, -1, -1};
 
@@ -215,7 +216,7 @@ Manifold clip_faces(const PosedBox& reference, const PosedBox& incident, int axi
   }
 
   Manifold manifold;
-  manifold.normal_W = face.axes_W.col(2);
+  manifold.normal_W = role == 0 ? Vector(face.axes_W.col(2)) : Vector(-face.axes_W.col(2));
   manifold.count = static_cast<int>(points.size());
   const std::uint32_t face_name = (6 * role + face.number) << 12;
   for (std::size_t k = 0; k < points.size(); ++k) {

@@ -11,9 +11,9 @@ struct PosedBox {
 };
 
 /// Where the box `incident` is over, or under, the face of `reference` along its axis `axis` that
-/// looks to it: up to four points closer than `margin` (m). The normal goes from `reference` to
-/// `incident`. A corner up to `slack` (m) outside the face counts as over it.
-/// `role` (0 or 1) tells in the features of the points which body is the reference.
+/// looks to it: up to four points closer than `margin` (m). A corner up to `slack` (m) outside the
+/// face counts as over it. `role` says which body is the reference: 0 for A, 1 for B; it is part of
+/// the features, and the normal goes from A to B in both.
 Manifold clip_faces(const PosedBox& reference, const PosedBox& incident, int axis,
                     std::uint32_t role, double margin, double slack);
 

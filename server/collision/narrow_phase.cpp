@@ -10,8 +10,8 @@ namespace {
 
 Manifold no_contact(const Shape&, const Pose&, const Shape&, const Pose&, double) { return {}; }
 
-/// A closed form with its arguments the other way round.
-/// Nowhere else are the bodies swapped and the normal turned.
+/// A closed form with its arguments the other way round: the one place where bodies are swapped and
+/// the normal turned back.
 template <PairFunction kFunction>
 Manifold swapped(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
                  double margin) {

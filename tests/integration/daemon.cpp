@@ -30,10 +30,10 @@ TEST_CASE("a start that cannot succeed says why in one line and with its exit co
     std::string part;
   };
   const std::vector<Case> cases = {
-      {serve_arguments({"--lcm-url", "tcp://here"}), 64, "udpm://"},
+      {{"cradled", "serve", "--lcm-url", "tcp://here"}, 64, "udpm://"},
       {serve_arguments({"--scene", "no-such-scene.toml"}), 66, "no-such-scene.toml"},
       {serve_arguments({"--config", "no-such-config.toml"}), 66, "no-such-config.toml"},
-      {serve_arguments({"--world", "bad name"}), 64, "bad name"},
+      {{"cradled", "serve", "--world", "bad name"}, 64, "bad name"},
       {{"cradled", "serve", "--rate", "0.001"}, 64, "rate"},
       {{"cradled", "no-such-command"}, 64, ""},
   };
@@ -58,6 +58,7 @@ TEST_CASE("without a multicast route the daemon says what to type") {
   CHECK(line_count(finished.errors) == 1);
   CHECK(finished.errors.find("ip route add 224.0.0.0/4 dev lo") != std::string::npos);
 }
+
 
 TEST_CASE("a client spawns a body, pushes it, sees it move, and takes it away") {
   const Process daemon(serve_arguments());

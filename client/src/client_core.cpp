@@ -1,0 +1,360 @@
+#include "client/src/client_core.h"
+
+#include <cradle/limits.h>
+#include <cradle/version.h>
+
+#include <random>
+#include <utility>
+
+#include "protocol/validate.h"
+
+namespace cradle {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr ClientCore::Duration kKeepAlive = 2s;  // the server forgets a client after 10 s
+constexpr ClientCore::Duration kPerhapsForgotten = 5s;
+constexpr ClientCore::Duration kHeartbeatTimeout = 3s;  // six heartbeats
+constexpr std::size_t kAnswersKept = 4096;
+constexpr std::size_t kPastEpochsKept = 8;
+constexpr std::size_t kOtherWorldsKept = 8;
+constexpr double kRoundTripWeight = 1.0 / 8;  // RFC 6298, section 2
+
+std::int64_t random_client_number() {
+  std::random_device device;
+  return std::uniform_int_distribution<std::int64_t>(1, limits::kIntegerMax)(device);
+}
+
+std::size_t item_count(const CommandBody& body) {
+  struct Count {
+    std::size_t operator()(const Spawn& c) const { return c.bodies.size(); }
+    std::size_t operator()(const Despawn& c) const { return c.bodies.size(); }
+    std::size_t operator()(const Push& c) const { return c.wrenches.size(); }
+    std::size_t operator()(const ClearWrenches& c) const { return c.bodies.size(); }
+    std::size_t operator()(const SetMotion& c) const { return c.motions.size(); }
+    std::size_t operator()(const Hello&) const { return 1; }
+    std::size_t operator()(const SetGravity&) const { return 1; }
+    std::size_t operator()(const Control&) const { return 1; }
+  };
+  return std::visit(Count{}, body);
+}
+
+}  // namespace
+
+ClientCore::ClientCore(const std::string& world, std::string name,
+                       std::unique_ptr<Transport> control, OpenStates open_states)
+    : channels_(world),
+      name_(std::move(name)),
+      control_(std::move(control)),
+      open_states_(std::move(open_states)) {}
+
+// --- sending
+// --------------------------------------------------------------------------------------
+
+Ticket ClientCore::submit(CommandBody body, Tick target_tick, Time now) {
+  now_ = now;
+  Ticket ticket{++last_ticket_, Result::ok};
+  const Outcome fault = check(body, target_tick);
+  if (fault.result != Result::ok) {
+    ticket.refused = fault.result;
+    resolve(ticket, {fault.result, {}, fault.item, 0});
+    return ticket;
+  }
+  const bool is_perhaps_forgotten = now_ - sent_at_ >= kPerhapsForgotten;
+  if (welcome_ == Welcome::forgotten || (welcome_ == Welcome::given && is_perhaps_forgotten)) {
+    say_hello();
+  }
+  enqueue(ticket.number, std::move(body), target_tick);
+  transmit();
+  return ticket;
+}
+
+Outcome ClientCore::check(const CommandBody& body, Tick target_tick) const {
+  const auto refused = [](Result result) { return Outcome{result, {}, 0}; };
+  if (epoch_ == 0) return refused(Result::no_world);
+  if (welcome_ == Welcome::unseen) return refused(Result::bad_version);
+  if (target_tick < 0 || target_tick > limits::kIntegerMax) return refused(Result::out_of_range);
+  if (const Outcome fault = validate(body); fault.result != Result::ok) return fault;
+  const int room = items_per_datagram(kind_of(body), status_.datagram_bytes);
+  if (item_count(body) > static_cast<std::size_t>(room)) return refused(Result::too_large);
+  return refused(window_.has_room() ? Result::ok : Result::over_window);
+}
+
+void ClientCore::say_hello() {
+  welcome_ = Welcome::asked;
+  hello_sequence_ = window_.next_sequence();
+  enqueue(0, Hello{kProtocolVersion, name_}, 0);
+}
+
+void ClientCore::enqueue(std::int64_t ticket, CommandBody body, Tick target_tick) {
+  const MessageKind kind = kind_of(body);
+  const std::int64_t sequence = window_.next_sequence();
+  const std::int64_t epoch = kind == MessageKind::hello ? 0 : epoch_;
+  sent_[sequence] = {ticket, false};
+  window_.add(kind, encode({{client_, sequence, epoch, target_tick}, std::move(body)}), now_);
+  ++counted_.commands_sent;
+}
+
+void ClientCore::transmit() {
+  counted_.resends += window_.send_due(now_, [this](MessageKind kind, ByteView payload) {
+    control_->send(channels_.name(kind), payload);
+    sent_at_ = now_;
+  });
+}
+
+/// Says hello once more under the last number used: to a server that knows us a repetition, to one
+/// that has forgotten us a beginning from which our next number follows.
+void ClientCore::keep_alive() {
+  if (welcome_ != Welcome::given || now_ - sent_at_ < kKeepAlive) return;
+  const CommandHeader header{client_, window_.next_sequence() - 1, 0, 0};
+  control_->send(channels_.name(MessageKind::hello),
+                 encode({header, Hello{kProtocolVersion, name_}}));
+  sent_at_ = now_;
+}
+
+// --- receiving
+// ------------------------------------------------------------------------------------
+
+int ClientCore::poll(Time now) {
+  if (is_in_callback_) return 0;
+  now_ = now;
+  messages_ = 0;
+  control_->receive(0us, [this](auto channel, auto payload) { receive_control(channel, payload); });
+  if (states_) {
+    states_->receive(0us, [this](auto channel, auto payload) { receive_states(channel, payload); });
+  }
+  transmit();
+  keep_alive();
+  for (Tick tick : mirror_.take_finished_ticks()) {
+    if (callbacks.on_tick) notices_.push_back(FinishedTick{tick});
+  }
+  run_callbacks();
+  return messages_;
+}
+
+void ClientCore::receive_control(std::string_view channel, ByteView payload) {
+  const auto take_if_whole = [this](const auto& message) {
+    message ? take(*message) : void(++counted_.datagrams_rejected);
+  };
+  const auto kind = channels_.kind(channel);
+  if (kind == MessageKind::status) {
+    const auto status = decode_status(payload);
+    has_heard_other_protocol_ |= !status || status->protocol_version != kProtocolVersion;
+    take_if_whole(status);
+  } else if (kind == MessageKind::receipts) {
+    take_if_whole(decode_receipts(payload));
+  } else if (kind == MessageKind::events) {
+    take_if_whole(decode_events(payload));
+  } else if (!kind) {
+    note_other_world(channel);
+  }
+}
+
+void ClientCore::receive_states(std::string_view channel, ByteView payload) {
+  if (channels_.kind(channel) != MessageKind::states) return;
+  const auto chunk = decode_states(payload);
+  if (chunk && chunk->epoch != epoch_) return;
+  if (!chunk || !mirror_.take(*chunk, now_)) {
+    ++counted_.datagrams_rejected;
+    return;
+  }
+  ++messages_;
+}
+
+void ClientCore::note_other_world(std::string_view channel) {
+  constexpr std::string_view kBefore = "CRADLE_", kAfter = "_STATUS";
+  if (!channel.starts_with(kBefore) || !channel.ends_with(kAfter)) return;
+  if (other_worlds_.size() >= kOtherWorldsKept || channel.size() < kBefore.size() + kAfter.size()) {
+    return;
+  }
+  channel.remove_prefix(kBefore.size());
+  channel.remove_suffix(kAfter.size());
+  if (is_world_name(channel)) other_worlds_.emplace(channel);
+}
+
+void ClientCore::take(const WorldStatus& status) {
+  if (is_past(status.epoch)) return;
+  ++messages_;
+  status_ = status;
+  heartbeat_at_ = now_;
+  open_states_at(status.state_port);  // before hello, so that nothing that follows it is missed
+  if (status.epoch != epoch_) enter(status.epoch);
+}
+
+/// Stragglers, or a second server of the same name: not listened to while the present one lives.
+bool ClientCore::is_past(std::int64_t epoch) const {
+  return is_alive() &&
+         std::find(past_epochs_.begin(), past_epochs_.end(), epoch) != past_epochs_.end();
+}
+
+void ClientCore::enter(std::int64_t epoch) {
+  if (epoch_ != 0) {
+    leave();
+    if (callbacks.on_restart) notices_.push_back(Restarted{epoch});
+  }
+  epoch_ = epoch;
+  client_ = random_client_number();
+  welcome_ = Welcome::unseen;
+  if (status_.protocol_version == kProtocolVersion) say_hello();
+}
+
+void ClientCore::leave() {
+  past_epochs_.push_back(epoch_);
+  if (past_epochs_.size() > kPastEpochsKept) past_epochs_.pop_front();
+  for (const auto& [sequence, sent] : std::exchange(sent_, {})) {
+    if (sent.ticket != 0) resolve({sent.ticket, Result::ok}, {Result::world_restarted, {}, 0, 0});
+  }
+  window_.restart();
+  mirror_.clear();
+  ++counted_.restarts;
+}
+
+void ClientCore::open_states_at(int port) {
+  if (states_ && port == state_port_) return;
+  OpenedTransport opened = open_states_(port);
+  states_ = std::move(opened.transport);
+  states_fault_ = std::move(opened.message);
+  state_port_ = port;
+}
+
+void ClientCore::take(const Receipts& receipts) {
+  if (epoch_ == 0 || is_past(receipts.epoch)) return;
+  if (receipts.epoch != epoch_) {
+    status_.tick = 0;
+    status_.tick_time_us = 0;
+    enter(receipts.epoch);
+    return;
+  }
+  for (const Receipt& receipt : receipts.receipts) {
+    if (receipt.client == client_) take(receipt);
+  }
+}
+
+void ClientCore::take(const Receipt& receipt) {
+  ++messages_;
+  const Result result = receipt.outcome.result;
+  if (result == Result::unknown_client) {
+    // It overtook our hello: no answer, it will be sent again.
+    if (welcome_ == Welcome::asked && receipt.sequence > hello_sequence_) return;
+    if (welcome_ == Welcome::given) say_hello();
+  }
+  const auto found = sent_.find(receipt.sequence);
+  if (found == sent_.end()) return;  // a repetition
+  if (result == Result::queued) found->second.is_for_later = true;
+  const auto round_trip = window_.answer(receipt, now_);
+  if (!round_trip) return;
+
+  const Sent sent = found->second;
+  sent_.erase(found);
+  ++counted_.answers;
+  if (!sent.is_for_later) measure_round_trip(*round_trip);
+  if (sent.ticket == 0) {
+    hello_result_ = result;
+    welcome_ = result == Result::ok ? Welcome::given : Welcome::forgotten;
+  } else {
+    resolve({sent.ticket, Result::ok},
+            {result, receipt.outcome.body, receipt.outcome.item, receipt.tick});
+  }
+}
+
+void ClientCore::measure_round_trip(Duration round_trip) {
+  const double seconds = std::chrono::duration<double>(round_trip).count();
+  double& smoothed = counted_.round_trip_smoothed_s;
+  smoothed = smoothed == 0 ? seconds : smoothed + kRoundTripWeight * (seconds - smoothed);
+  counted_.round_trip_last_s = seconds;
+  counted_.round_trip_max_s = std::max(counted_.round_trip_max_s, seconds);
+}
+
+void ClientCore::take(const Events& batch) {
+  if (batch.epoch != epoch_) return;
+  ++messages_;
+  const auto fresh = mirror_.take(batch);
+  if (callbacks.on_event) notices_.insert(notices_.end(), fresh.begin(), fresh.end());
+}
+
+// --- answers, callbacks, counters
+// -----------------------------------------------------------------
+
+void ClientCore::resolve(Ticket ticket, const Answer& answer) {
+  answers_.emplace(ticket.number, answer);
+  answered_.push_back(ticket.number);
+  if (answered_.size() > kAnswersKept) {
+    answers_.erase(answered_.front());
+    answered_.pop_front();
+  }
+  if (callbacks.on_answer) notices_.push_back(Answered{ticket, answer});
+}
+
+std::optional<Answer> ClientCore::answer(Ticket ticket) const {
+  const auto found = answers_.find(ticket.number);
+  return found == answers_.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// Only what there was at the start: a callback whose command is refused would never let us end.
+void ClientCore::run_callbacks() {
+  is_in_callback_ = true;
+  for (std::size_t left = notices_.size(); left > 0; --left) {
+    const Notice notice = std::move(notices_.front());
+    notices_.pop_front();
+    try {
+      run(notice);
+    } catch (const std::exception& error) {
+      ++counted_.callback_exceptions;
+      last_callback_error_ = error.what();
+    } catch (...) {
+      ++counted_.callback_exceptions;
+      last_callback_error_ = "an exception that is not a std::exception";
+    }
+  }
+  is_in_callback_ = false;
+}
+
+void ClientCore::run(const Notice& notice) {
+  if (const auto* event = std::get_if<Event>(&notice)) {
+    callbacks.on_event(*event);
+  } else if (const auto* answered = std::get_if<Answered>(&notice)) {
+    callbacks.on_answer(answered->ticket, answered->answer);
+  } else if (const auto* finished = std::get_if<FinishedTick>(&notice)) {
+    callbacks.on_tick(finished->tick);
+  } else {
+    callbacks.on_restart(std::get<Restarted>(notice).epoch);
+  }
+}
+
+bool ClientCore::is_alive() const {
+  return epoch_ != 0 && now_ - heartbeat_at_ < kHeartbeatTimeout;
+}
+
+BatchLimits ClientCore::batch_limits() const {
+  const auto limit = [this](MessageKind kind) {
+    return items_per_datagram(kind, status_.datagram_bytes);
+  };
+  return {limit(MessageKind::spawn), limit(MessageKind::despawn), limit(MessageKind::push),
+          limit(MessageKind::clear_wrenches), limit(MessageKind::set_motion)};
+}
+
+ClientStatistics ClientCore::statistics() const {
+  ClientStatistics all = counted_;
+  const auto add = [&all](const TransportStats& port) {
+    all.datagrams_received += port.received;
+    all.datagrams_rejected += port.rejected;
+    all.datagrams_dropped += port.dropped_by_kernel;
+    all.send_failures += port.send_failures;
+  };
+  add(control_->stats());
+  if (states_) {
+    add(states_->stats());
+    all.receive_buffer_bytes = states_->stats().receive_buffer_bytes;
+  }
+  const auto& seen = mirror_.counters();
+  all.chunks_received = seen.chunks_received;
+  all.chunks_lost = seen.chunks_lost;
+  all.chunks_stale = seen.chunks_stale;
+  all.events_received = seen.events_received;
+  all.events_lost = seen.events_lost;
+  all.tick_jitter_s = seen.tick_jitter_s;
+  return all;
+}
+
+}  // namespace cradle

@@ -1,0 +1,119 @@
+/// Finding a world, and saying in one line why it could not be found.
+#include <cradle/limits.h>
+#include <cradle/version.h>
+
+#include <cstdlib>
+
+#include "client/src/client_impl.h"
+#include "protocol/transport/lcm_transport.h"
+#include "protocol/transport/lcm_url.h"
+#include "protocol/validate.h"
+
+namespace cradle {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Welcome = ClientCore::Welcome;
+
+std::string quoted(std::string_view text) { return "'" + std::string(text) + "'"; }
+
+/// What is wrong with the options, if anything.
+Connection check(const ClientOptions& options) {
+  if (!parse_lcm_url(options.lcm_url)) {
+    return {nullptr, Result::bad_url,
+            quoted(options.lcm_url) + " is not like udpm://239.255.76.67:7667?ttl=0"};
+  }
+  if (!is_world_name(options.world)) {
+    return {nullptr, Result::bad_name,
+            "the name of a world has 1 to " + std::to_string(limits::kWorldNameBytes) +
+                " letters, digits, '-' and '_', unlike " + quoted(options.world)};
+  }
+  if (!is_name(options.name, limits::kNameBytes)) {
+    return {nullptr, Result::bad_name,
+            "the name of a client has at most " + std::to_string(limits::kNameBytes) +
+                " bytes of UTF-8 without control characters"};
+  }
+  return {};
+}
+
+/// Opens states on the same group, at the port the world names.
+ClientCore::OpenStates states_opener(const LcmUrl& url) {
+  return [url](int port) -> OpenedTransport {
+    constexpr int kPortMin = 1024, kPortMax = 65535;
+    if (port < kPortMin || port > kPortMax) {
+      return {nullptr, Result::no_network,
+              "the world names port " + std::to_string(port) + " for its states"};
+    }
+    return open_lcm_transport({url.group, port, url.ttl}, Lane::send_and_receive);
+  };
+}
+
+std::string hello_fault(Result result) {
+  if (result == Result::over_quota) return "takes no more clients";
+  if (result == Result::bad_version) return "speaks another protocol version than ours";
+  return "refuses us: " + std::string(to_string(result));
+}
+
+/// Why we are not welcome after all the time there was.
+Connection fault(const ClientCore& core, const std::string& name, const std::string& place) {
+  const std::string world = "world " + quoted(name);
+  if (!core.states_fault().empty()) return {nullptr, Result::no_network, core.states_fault()};
+  if (core.welcome() == Welcome::unseen && core.has_heard_other_protocol()) {
+    return {nullptr, Result::bad_version,
+            world + " speaks another protocol version than ours, which is " +
+                std::to_string(kProtocolVersion)};
+  }
+  if (core.welcome() == Welcome::unseen) {
+    std::string heard;
+    for (const std::string& other : core.other_worlds()) {
+      heard += (heard.empty() ? "; heard instead: " : ", ") + other;
+    }
+    if (heard.empty()) heard = "; start it: cradled serve --world " + name;
+    return {nullptr, Result::no_world, "no heartbeat of " + world + " on " + place + heard};
+  }
+  if (core.welcome() == Welcome::forgotten) {
+    return {nullptr, core.hello_result(), world + " " + hello_fault(core.hello_result())};
+  }
+  return {nullptr, Result::timed_out, world + " has a heartbeat, but does not answer"};
+}
+
+/// True if waiting longer changes nothing.
+bool is_settled(const ClientCore& core) {
+  return core.welcome() == Welcome::given || core.welcome() == Welcome::forgotten ||
+         !core.states_fault().empty() ||
+         (core.welcome() == Welcome::unseen && core.has_heard_other_protocol());
+}
+
+}  // namespace
+
+ClientOptions ClientOptions::from_environment(std::string name) {
+  ClientOptions options;
+  options.name = std::move(name);
+  if (const char* url = std::getenv("CRADLE_LCM_URL")) options.lcm_url = url;
+  if (const char* world = std::getenv("CRADLE_WORLD")) options.world = world;
+  return options;
+}
+
+Connection introduce(std::unique_ptr<Client::Impl> impl, const std::string& world,
+                     const std::string& place, std::chrono::milliseconds timeout) {
+  const auto deadline = Clock::now() + timeout;
+  while (!is_settled(impl->core) && Clock::now() < deadline) {
+    impl->poll(std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()));
+  }
+  const bool is_welcome = impl->core.welcome() == Welcome::given && impl->core.states();
+  if (!is_welcome) return fault(impl->core, world, place);
+  return {std::make_unique<Client>(std::move(impl)), Result::ok, ""};
+}
+
+Connection Client::connect(const ClientOptions& options, std::chrono::milliseconds timeout) {
+  if (Connection bad = check(options); bad.result != Result::ok) return bad;
+  const LcmUrl url = *parse_lcm_url(options.lcm_url);
+  OpenedTransport control = open_lcm_transport(url, Lane::send_and_receive);
+  if (!control.transport) return {nullptr, control.result, control.message};
+
+  return introduce(std::make_unique<Impl>(options.world, options.name, std::move(control.transport),
+                                          states_opener(url)),
+                   options.world, url.text(), timeout);
+}
+
+}  // namespace cradle

@@ -1,0 +1,12 @@
+/// `cradle watch`: bodies as they move.
+#pragma once
+
+#include "session.h"
+
+namespace cradle::tool {
+
+/// On a terminal a table that is drawn anew about ten times a second, else one a second. Ends after
+/// `duration` or with SIGINT or SIGTERM.
+int watch(Session& session, std::chrono::duration<double> duration);
+
+}  // namespace cradle::tool

@@ -1,0 +1,88 @@
+#include "tests/bench/run.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+#include "server/simulate.h"
+#include "server/thread_pool.h"
+#include "tests/bench/conservation.h"
+#include "tests/bench/penetration.h"
+
+namespace cradle::bench {
+namespace {
+
+std::string hexadecimal(const std::array<std::uint8_t, 8>& bytes) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    text += digits[byte >> 4];
+    text += digits[byte & 15];
+  }
+  return text;
+}
+
+std::unique_ptr<Executor> make_executor(int threads) {
+  if (threads == 1) return std::make_unique<SerialExecutor>();
+  return std::make_unique<ThreadPool>(threads);
+}
+
+}  // namespace
+
+Scene scene_of(const Case& which) {
+  return load_scene(CRADLE_SCENE_DIR "/" + std::string(which.scene_file));
+}
+
+Row run(const Case& which, const Options& options) {
+  Scene scene = scene_of(which);
+  if (options.method) scene.settings.solver = *options.method;
+  if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
+  if (options.sub_steps) scene.settings.sub_steps = *options.sub_steps;
+  const double rate_hz = scene.settings.rate_hz;
+
+  const auto executor = make_executor(options.threads);
+  SceneRun run(scene);
+  const auto measure = which.measure(scene);
+  PenetrationCheck check(scene);
+  Drift drift(scene);
+  Row row;
+  row.scene = which.name;
+  row.engine = "cradle";
+  row.method = scene.settings.solver;
+  row.dt_s = 1 / rate_hz;
+  row.sub_steps = scene.settings.sub_steps;
+  row.threads = options.threads;
+  row.error_kind = which.error_kind;
+
+  const auto ticks = std::max<Tick>(1, std::llround(which.duration_s * rate_hz));
+  const auto warm_up = std::min<Tick>(ticks - 1, std::llround(which.warm_up_s * rate_hz));
+  std::vector<double> us;
+  std::vector<BodyState> states;
+  for (Tick tick = 1; tick <= ticks; ++tick) {
+    const Stopwatch stopwatch;
+    run.step(*executor);
+    if (tick > warm_up) us.push_back(stopwatch.elapsed_us());
+
+    run.world().snapshot(states);
+    if (states.size() != scene.bodies.size()) throw std::logic_error("a snapshot lacks bodies");
+    const Penetration penetration = check.look(states);
+    row.penetration_max_m = worse(row.penetration_max_m, penetration.max_m);
+    row.penetration_mean_m = penetration.mean_m;
+    drift.tick(budget(scene, states));
+    measure->tick({static_cast<double>(tick) / rate_hz, states, penetration});
+  }
+
+  row.us_per_tick = summarise(std::move(us));
+  row.error = run.world().quarantined_count() == 0 ? measure->error()
+                                                   : std::numeric_limits<double>::quiet_NaN();
+  row.energy_drift = drift.energy();
+  row.momentum_drift = drift.momentum();
+  row.hash = hexadecimal(run.world().hash());
+  return row;
+}
+
+}  // namespace cradle::bench

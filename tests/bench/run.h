@@ -1,0 +1,42 @@
+/// One run of one case: what it cost and how wrong it was.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "server/stopwatch.h"
+#include "tests/bench/cases.h"
+
+namespace cradle::bench {
+
+/// What a run changes in its scene.
+struct Options {
+  std::optional<std::string> method;  ///< one of solver_names()
+  std::optional<double> dt_s;
+  std::optional<int> sub_steps;
+  int threads = 1;
+};
+
+/// One line of the report. NaN where a number came out unusable; none where it has no meaning.
+struct Row {
+  std::string scene, engine, method;
+  double dt_s = 0;
+  int sub_steps = 0;
+  int threads = 1;
+  TickTimes us_per_tick;  ///< wall time of a step, everything included
+  double error = 0;       ///< NaN also if the engine had to quarantine a body
+  std::string error_kind;
+  std::optional<double> energy_drift;    ///< Drift::energy
+  std::optional<double> momentum_drift;  ///< Drift::momentum
+  double penetration_max_m = 0;          ///< at any tick
+  double penetration_mean_m = 0;         ///< after the last tick
+  std::string hash;                      ///< of the world after the last tick, hexadecimal
+};
+
+/// The scene of a case, as its file has it. Throws what load_scene does.
+Scene scene_of(const Case& which);
+
+/// Throws what load_scene does, and SceneError.
+Row run(const Case& which, const Options& options);
+
+}  // namespace cradle::bench

@@ -223,7 +223,7 @@ TEST_CASE("whatever is wrong with a command line or its files is one line and an
   }
 }
 
-TEST_CASE("--help lists every exit code and --version the protocol's version") {
+TEST_CASE("the flag --help lists every exit code and the flag --version the protocol's version") {
   for (const std::vector<std::string>& help : std::vector<std::vector<std::string>>{
            {"cradled", "--help"}, {"cradled", "serve", "--help"}, {"cradled", "simulate", "-h"}}) {
     const Finished finished = run(help);

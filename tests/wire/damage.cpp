@@ -80,22 +80,44 @@ TEST_CASE("any flipped bit is refused or gives the message that has these very b
 
 TEST_CASE("counts that lie are refused before anything is allocated") {
   Samples samples(14);
-  constexpr std::int32_t kCount = 3;
   for (const MessageKind kind : kAllKinds) {
     if (layout_of(kind).item == 0) continue;
-    const Bytes honest = bytes_of(samples.message(kind, kCount));
-    for (const std::int32_t count :
-         {-1, std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max(),
-          1 << 24, 1 << 29, 1 << 30, kCount + 1, kCount - 1, 0}) {
-      Bytes lying = honest;
-      write_field(lying, kCountAt, count);
-      CAPTURE(static_cast<int>(kind), count);
-      CHECK(!has_exact_size(kind, lying));
-      const auto [message, allocated] = decode_and_count(kind, lying);
-      CHECK(!message);
-      CHECK(allocated == 0);
+    for (const std::int32_t honest : {0, 3}) {
+      Bytes lying = bytes_of(samples.message(kind, static_cast<std::size_t>(honest)));
+      // Powers of two, because their products with an item's size wrap to nothing in 32 bits.
+      for (const std::int32_t count :
+           {-1, std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max(),
+            1 << 24, 1 << 28, 1 << 29, 1 << 30, honest + 1, honest - 1}) {
+        write_field(lying, kCountAt, count);
+        CAPTURE(static_cast<int>(kind), count);
+        CHECK(!has_exact_size(kind, lying));
+        const auto [message, allocated] = decode_and_count(kind, lying);
+        CHECK(!message);
+        CHECK(allocated == 0);
+      }
     }
   }
+}
+
+TEST_CASE("negative counts are refused where the size would agree with them") {
+  Samples samples(16);
+  int tried = 0;
+  for (const MessageKind kind : kAllKinds) {
+    const auto [fixed, item] = layout_of(kind);
+    for (std::size_t missing = 1; item > 0 && missing * item <= fixed + kTrailer; ++missing) {
+      for (const std::size_t size : {fixed - missing * item, fixed + kTrailer - missing * item}) {
+        if (size < kCountAt + 4 || size > fixed + kTrailer) continue;
+        Bytes payload = bytes_of(samples.message(kind, 1));
+        payload.resize(size);
+        write_field(payload, kCountAt, -static_cast<std::int32_t>(missing));
+        CAPTURE(static_cast<int>(kind), missing, size);
+        CHECK(!has_exact_size(kind, payload));
+        CHECK(!decode(kind, payload));
+        ++tried;
+      }
+    }
+  }
+  CHECK(tried > 0);
 }
 
 TEST_CASE("random bytes behind an honest fingerprint and count are answered") {

@@ -11,7 +11,7 @@ constexpr double kMoving_mps = 0.02;  // slower looks at rest at two decimals
 constexpr double kMoving_radps = 0.05;
 constexpr double kFullBar_mps = 10;
 constexpr int kBarCells = 10;
-constexpr int kColumnsWithBar = 92;
+constexpr int kColumnsWithBar = 90;
 constexpr int kNameColumns = 14;
 
 double norm(const Vec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
@@ -70,7 +70,7 @@ std::string title(const Client& client, const Style& style) {
 }
 
 std::string head(const Style& style) {
-  std::string text = format("%6s  %-*s%-13s%8s%8s%8s%8s%8s  touch", "id", kNameColumns, "name",
+  std::string text = format("%4s  %-*s%-13s%8s%8s%8s%8s%8s touch", "id", kNameColumns, "name",
                             "kind", "x m", "y m", "z m", "m/s", "rad/s");
   return style.dim(text);
 }
@@ -80,7 +80,7 @@ std::string row(const Client& client, const BodyView& view, const Style& style) 
   const Vec3& p = s.p_WBo;
   const double speed_mps = norm(s.v_WBcm);
   const char* touch = s.in_contact ? (style.has_utf8 ? "●" : "*") : " ";
-  std::string text = format("%6lld  %s%s%8.2f%8.2f%8.2f%8.2f%8.2f  ", wide(s.body.value),
+  std::string text = format("%4lld  %s%s%8.2f%8.2f%8.2f%8.2f%8.2f ", wide(s.body.value),
                             fit(client.name(s.body), kNameColumns).c_str(),
                             fit(kind_of(s, client.about(s.body)), 13).c_str(), tidy(p.x), tidy(p.y),
                             tidy(p.z), speed_mps, norm(s.w_WB));
@@ -125,7 +125,7 @@ std::vector<std::string> draw(const Client& client, const std::deque<Event>& new
   const auto views = chosen(client, rows > frame ? rows - frame : 1);
   for (const BodyView* view : views) lines.push_back(row(client, *view, style));
   if (const std::size_t rest = client.bodies().size() - views.size(); rest > 0) {
-    lines.push_back(style.dim(format("        and %zu more", rest)));
+    lines.push_back(style.dim(format("      and %zu more", rest)));
   }
   if (!news.empty()) lines.emplace_back();
   for (const Event& event : news) lines.push_back(style.dim(tell(client, event)));

@@ -27,13 +27,13 @@ struct BodyArrays {
 };
 
 struct ConstraintPoint {
-  Vector rA, rB;                                           ///< m
-  double s0 = 0;                                           ///< separation at the tick's start
-  double s = 0;                                            ///< at the last evaluation
-  double K_normal = 0;                                     ///< 1/kg
-  double K_tangent = 0;     ///< 1/kg: the largest in the tangent plane
-  double approach = 0;  ///< normal velocity at the tick's start, m/s; negative: closing
-  double lambda = 0;    ///< normal impulse of a sub-step, >= 0
+  Vector rA, rB;         ///< m
+  double s0 = 0;         ///< separation at the tick's start
+  double s = 0;          ///< at the last evaluation
+  double K_normal = 0;   ///< 1/kg
+  double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane
+  double approach = 0;   ///< normal velocity at the tick's start, m/s; negative: closing
+  double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
   double lambda_max = 0;  ///< largest of the tick: did the point ever carry anything
   std::uint32_t feature = 0;

@@ -13,7 +13,7 @@
 // As many steps a tick as h |w| <= kStepAngle_rad asks, each body by itself.
 // Order 6. Energy and angular momentum hold to 1e-13 over a minute of tumbling at h |w| = 0.08, and
 // to 1e-8 up to h |w| = 2. No projection: it would hide the error in the attitude.
-// Cost: about 70 ns a body and step.
+// Cost: about 200 ns a body and step, scalar.
 #include "server/dynamics/free_flight.h"
 
 #include <array>

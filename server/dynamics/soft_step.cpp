@@ -13,9 +13,9 @@
 //   omega = 2 pi c / h, a1 = 2 zeta + h omega, a2 = h omega a1
 //   mass scale ms = a2 / (1 + a2), impulse scale is = 1 / (1 + a2), bias rate br = omega / a1
 //   soft:  lambda += -(ms vn + bias) / K - is lambda, bias = ms br s, lambda >= 0
-//   relax: lambda += -vn / K, lambda >= 0; then friction, lambda_t += -vt / K_t with K_t the largest
-//   in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone)
-//   speculative points (s > 0): lambda += -(vn + s / h) / K in both.
+//   relax: lambda += -vn / K, lambda >= 0; then friction, lambda_t += -vt / K_t with K_t the
+//   largest in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone) speculative
+//   points (s > 0): lambda += -(vn + s / h) / K in both.
 // Order: 2 in the position of smooth motion, 1 in impacts. Cost: about 100 ns a point and sub-step.
 #include "server/dynamics/soft_step.h"
 
@@ -150,17 +150,21 @@ class SoftStep final : public ContactSolver {
     }
   }
 
-  /// Newton's law with the approach speed of the tick's start, once a tick.
+  /// Newton's law, once a tick, with the speed of the impact: v_i^2 = v^2 - 2 a s from the tick's
+  /// start, and the outgoing speed as it is where the tick ends, v_o^2 = e^2 v_i^2 + 2 a s (energy
+  /// in the acceleration a along the normal; negative: towards the surface).
   void apply_restitution(std::span<ContactConstraint> constraints) {
     for (ContactConstraint& c : constraints) {
       if (c.restitution == 0) continue;
-      const double acceleration =
-          std::abs(c.n.dot(bodies_.acceleration[slot(c.b)] - bodies_.acceleration[slot(c.a)]));
-      // What gravity alone gives in two sub-steps is a contact at rest.
-      const double threshold = std::max(2 * acceleration * h_, kTolerances.bounce_speed);
+      const double a = c.n.dot(bodies_.acceleration[slot(c.b)] - bodies_.acceleration[slot(c.a)]);
+      // What the acceleration alone gives in two sub-steps is a contact at rest.
+      const double threshold = std::max(2 * std::abs(a) * h_, kTolerances.bounce_speed);
       for (ConstraintPoint& p : c.used()) {
         if (p.approach > -threshold || p.lambda_max == 0) continue;
-        add_normal(c, p, -(normal_velocity(c, p) + c.restitution * p.approach) / p.K_normal);
+        const double impact = std::max(p.approach * p.approach - 2 * a * p.s0, 0.0);
+        const double leaving = c.restitution * c.restitution * impact + 2 * a * separation(c, p);
+        const double speed = std::sqrt(std::max(leaving, 0.0));
+        add_normal(c, p, (speed - normal_velocity(c, p)) / p.K_normal);
       }
     }
   }
@@ -190,8 +194,7 @@ class SoftStep final : public ContactSolver {
 
   void add_friction(const ContactConstraint& c, ConstraintPoint& p) {
     const Vector v = relative_velocity(c, p);
-    Eigen::Vector2d lambda_t =
-        p.lambda_t - Eigen::Vector2d(c.t1.dot(v), c.t2.dot(v)) / p.K_tangent;
+    Eigen::Vector2d lambda_t = p.lambda_t - Eigen::Vector2d(c.t1.dot(v), c.t2.dot(v)) / p.K_tangent;
     const double limit = c.friction * p.lambda;
     const double size = lambda_t.norm();
     if (size > limit) lambda_t *= limit / size;

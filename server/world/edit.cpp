@@ -29,13 +29,12 @@ Outcome find_all(const BodyTable& bodies, std::span<const BodyId> wanted,
 }
 
 /// Names must be new to the world and to each other.
-Outcome check_names(const BodyTable& bodies, std::span<const BodySpec> specs) {
-  std::set<std::string_view> taken;
-  if (std::any_of(specs.begin(), specs.end(), [](const BodySpec& s) { return !s.name.empty(); })) {
-    for (std::size_t i = 0; i < bodies.size(); ++i) taken.insert(bodies.name_text(i));
-  }
+Outcome check_names(const World::State& s, std::span<const BodySpec> specs) {
+  std::set<std::string_view> fresh;
   for (std::size_t k = 0; k < specs.size(); ++k) {
-    if (!specs[k].name.empty() && !taken.insert(specs[k].name).second) {
+    const std::string& name = specs[k].name;
+    if (name.empty()) continue;
+    if (s.names.contains(name) || !fresh.insert(name).second) {
       return refused(Result::duplicate_name, k);
     }
   }
@@ -69,11 +68,12 @@ Outcome World::spawn(std::span<const BodySpec> specs) {
     if (result == Result::ok) result = mass_properties(specs[k], masses[k]);
     if (result != Result::ok) return refused(result, k);
   }
-  if (const Outcome names = check_names(s.bodies, specs); names.result != Result::ok) return names;
+  if (const Outcome names = check_names(s, specs); names.result != Result::ok) return names;
 
   const BodyId first{s.next_id};
   for (std::size_t k = 0; k < specs.size(); ++k) {
     s.bodies.append(s.next_id++, specs[k], masses[k]);
+    if (!specs[k].name.empty()) s.names.insert(specs[k].name);
     s.events.push_back(event_of(s, s.bodies.size() - 1, EventKind::spawned));
     s.events.back().tick = s.tick + 1;
   }
@@ -91,6 +91,7 @@ Outcome World::despawn(std::span<const BodyId> bodies) {
   for (const std::int64_t id : ids) {
     const std::size_t i = *s.bodies.slot({id});
     is_removed[i] = 1;
+    s.names.erase(std::string(s.bodies.name_text(i)));
     s.events.push_back(event_of(s, i, EventKind::removed));
     s.events.back().tick = s.tick + 1;
   }

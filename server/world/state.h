@@ -2,6 +2,9 @@
 /// and the test that looks into it, go by that one list.
 #pragma once
 
+#include <set>
+#include <string>
+
 #include "server/collision/broad_phase.h"
 #include "server/dynamics/contact_solver.h"
 #include "server/world/body_table.h"
@@ -24,7 +27,8 @@ struct World::State {
   std::vector<ActiveWrench> wrenches;
   ContactCache contacts;
 
-  // Does not: made anew each tick, or only reported.
+  // Does not: made from the above, made anew each tick, or only reported.
+  std::set<std::string> names;  ///< of the bodies that have one
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ContactSolver> solver;
   bool renumbered = true;  ///< slots have changed since the broad phase last saw them

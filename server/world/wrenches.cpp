@@ -32,8 +32,11 @@ Resultant resultant(const Wrench& wrench, const Vector& x_W, const Rotation& q_W
 
 void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, BodyTable& bodies,
                 Loads& loads) {
-  loads.acceleration.assign(bodies.size(), gravity_W);
+  loads.acceleration.assign(bodies.size(), Vector::Zero());
   loads.torque.assign(bodies.size(), Vector::Zero());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies.is_moving(i)) loads.acceleration[i] = gravity_W;
+  }
   for (ActiveWrench& active : wrenches) {
     const std::size_t i = *bodies.slot(active.wrench.body);
     const Resultant load = resultant(active.wrench, bodies.x[i], bodies.q[i], bodies.mass[i]);

@@ -59,7 +59,6 @@ TEST_CASE("without a multicast route the daemon says what to type") {
   CHECK(finished.errors.find("ip route add 224.0.0.0/4 dev lo") != std::string::npos);
 }
 
-
 TEST_CASE("a client spawns a body, pushes it, sees it move, and takes it away") {
   const Process daemon(serve_arguments());
   const auto client = connect();

@@ -148,7 +148,8 @@ TEST_CASE("two runs of a scene give the same hash and the same trace, with one t
   CHECK(simulate(traced).output == simulate(traced).output);
 }
 
-TEST_CASE("the flags --dt and --substeps stand instead of the scene's, and a duration is whole ticks") {
+TEST_CASE(
+    "the flags --dt and --substeps stand instead of the scene's, and a duration is whole ticks") {
   const std::string json = summary_of(
       {scene("free_fall.toml"), "--duration", "0.999", "--dt", "0.02", "--substeps", "8"});
   CHECK(json_number(json, "dt_s") == 0.02);

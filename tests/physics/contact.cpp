@@ -152,6 +152,28 @@ TEST_CASE("two half overlapped cubes part without popping") {
   CHECK(fastest < 0.3);
 }
 
+TEST_CASE("every bounce keeps the square of the restitution of the height") {
+  // e = 0.8 from 10 m clear: the energy above the floor falls to 0.64 at each of five bounces.
+  World world(settings());
+  add(world, ground());
+  BodySpec spec = ball(0.5, {0, 0, 10.5});
+  spec.material.restitution = 0.8;
+  const BodyId body = add(world, spec);
+  double height = 10;
+  int bounces = 0;
+  for (int tick = 0; tick < 900 && bounces < 5; ++tick) {
+    const double before = state(world, body).v_WBcm.z;
+    world.step();
+    const BodyState s = state(world, body);
+    if (before >= 0 || s.v_WBcm.z <= 0) continue;
+    ++bounces;
+    const double apex = s.p_WBo.z - 0.5 + s.v_WBcm.z * s.v_WBcm.z / (2 * kGravity);
+    CHECK(apex / height == Approx(0.64).epsilon(1e-9));
+    height = apex;
+  }
+  CHECK(bounces == 5);
+}
+
 TEST_CASE("a dropped ball bounces lower and lower and comes to rest") {
   World world(settings());
   add(world, ground());

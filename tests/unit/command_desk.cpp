@@ -231,7 +231,7 @@ TEST_CASE("the order of effects depends on client and sequence, never on arrival
   }
 }
 
-TEST_CASE("the world takes 64 clients; one more replaces the one that is silent longest") {
+TEST_CASE("the world takes 64 clients, one more replaces the one that is silent longest") {
   Office office;
   const std::int64_t most = limits::kClients;
   for (std::int64_t client = 1; client <= most; ++client) {
@@ -264,6 +264,18 @@ TEST_CASE("a silent client for whom something is queued keeps its place, the nex
   CHECK(office.result_of(command(2, 2)) == Result::unknown_client);
   office.coming = 5000;
   CHECK(office.work() == Headers{command(1, 2, 5000).header});
+}
+
+TEST_CASE("if something is queued for everybody, nobody gives way") {
+  Office office;
+  for (std::int64_t client = 1; client <= limits::kClients; ++client) {
+    office.welcome(client);
+    CHECK(office.result_of(command(client, 2, 5000)) == Result::queued);
+  }
+  office.now_us += 2 * kSilence_us;
+  CHECK(office.result_of(hello(100)) == Result::over_quota);
+  office.coming = 5000;
+  CHECK(office.work().size() == limits::kClients);
 }
 
 TEST_CASE("clients are counted while they are heard") {
@@ -316,6 +328,9 @@ TEST_CASE("malformed bytes with a known client's header are told so and take no 
   CHECK(office.desk.take_receipts() == std::vector<Receipt>{{7, 2, 0, {Result::malformed, {}, 0}}});
   CHECK(office.result_of(command(7, 2)) == Result::ok);
   CHECK(office.desk.malformed() == 1);
+  office.arrive_raw(bad);  // now a damaged copy of an answered command
+  CHECK(office.results() == std::vector<Result>{Result::malformed});
+  CHECK(office.result_of(command(7, 2)) == Result::ok);  // the first answer stays
 }
 
 TEST_CASE(

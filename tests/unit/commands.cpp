@@ -96,7 +96,7 @@ TEST_CASE("a motion sets pose, velocity or both") {
   CHECK(scene.state(body).w_WB == Vec3{0, 2, 0});
 }
 
-TEST_CASE("gravity and hello are answered with ok; gravity changes") {
+TEST_CASE("gravity and hello are answered with ok, gravity changes") {
   Scene scene;
   CHECK(scene.result(Hello{kProtocolVersion, "me"}) == Result::ok);
   CHECK(scene.result(SetGravity{{0, 0, -1.62}}) == Result::ok);
@@ -171,7 +171,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
   }
 }
 
-TEST_CASE("pause stops time, resume lets it run; doing so twice is no fault") {
+TEST_CASE("pause stops time, resume lets it run, doing so twice is no fault") {
   Scene scene;
   CHECK(scene.run_on(5) == 5);
   for (int i = 0; i < 2; ++i) {

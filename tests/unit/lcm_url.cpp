@@ -14,7 +14,7 @@ bool means(std::string_view text, const LcmUrl& expected) {
 
 }  // namespace
 
-TEST_CASE("a URL names group, port and ttl; what it leaves out is LCM's default, on this host") {
+TEST_CASE("a URL names group, port and ttl, what it leaves out is LCM's default, on this host") {
   const LcmUrl usual{"239.255.76.67", 7667, 0};  // LCM's default group and port
   CHECK(means("", usual));
   CHECK(means("udpm://", usual));

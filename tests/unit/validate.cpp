@@ -230,7 +230,8 @@ TEST_CASE("moments of inertia are those that some rigid body has") {
   CHECK(result(1, 2, 3) == Result::ok);  // a flat body: the largest is the sum of the others
   CHECK(result(3, 1, 2) == Result::ok);
   CHECK(result(2, 3, 1) == Result::ok);
-  const double beyond = 3 + 1e-8;  // above the slack for rounding of 1e-9
+  CHECK(result(0.1, 0.7, 0.8) == Result::ok);  // flat too: 0.1 + 0.7 is below 0.8 when rounded
+  const double beyond = 3 + 1e-8;              // above the slack for rounding of 1e-9
   CHECK(result(1, 2, beyond) == Result::bad_mass);
   CHECK(result(beyond, 1, 2) == Result::bad_mass);
   CHECK(result(2, beyond, 1) == Result::bad_mass);

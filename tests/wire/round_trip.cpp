@@ -8,10 +8,14 @@
 namespace cradle::test {
 namespace {
 
-std::uint64_t fingerprint_of(const Bytes& payload) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < kFingerprintBytes; ++i) value = value << 8 | payload.at(i);
-  return value;
+std::uint64_t fingerprint_of(const Bytes& payload) { return read_field<std::uint64_t>(payload, 0); }
+
+/// Checks that the doubles from `at` on are 1, 2, 3, ... `count`, as a test has given them.
+void check_counting(const Bytes& payload, std::size_t at, int count) {
+  for (int i = 1; i <= count; ++i, at += 8) {
+    CAPTURE(i);
+    CHECK(std::bit_cast<double>(read_field<std::uint64_t>(payload, at)) == i);
+  }
 }
 
 // LCM's type hash, written from its documentation ("Type specification: fingerprint computation")
@@ -118,6 +122,73 @@ TEST_CASE("the bytes of a gravity command are those of LCM's encoding, by hand")
   };
   expected.insert(expected.end(), rest.begin(), rest.end());
   CHECK(encode(Command{{258, 3, limits::kIntegerMax, 0}, SetGravity{{1, -0.0, -10}}}) == expected);
+}
+
+TEST_CASE("numbers stand in the order of lcmtypes, or another language would read them as others") {
+  const std::size_t list = layout_of(MessageKind::spawn).fixed;  // of every command with items
+  BodySpec spec;
+  spec.shape.parameters = {1, 2, 3, 4, 5, 6, 7, 8};
+  spec.mass_kg = 9;
+  spec.density_kgpm3 = 10;
+  spec.inertia_kgm2 = {11, 12, 13};
+  spec.material = {14, 15};
+  spec.p_WBo = {16, 17, 18};
+  spec.q_WB = {19, 20, 21, 22};
+  spec.v_WBcm = {23, 24, 25};
+  spec.w_WB = {26, 27, 28};
+  check_counting(encode(Command{{}, Spawn{{spec}}}), list + 2 * 4, 28);
+
+  Wrench wrench;
+  wrench.value = {1, 2, 3};
+  wrench.point = {4, 5, 6};
+  check_counting(encode(Command{{}, Push{{wrench}}}), list + 8 + 4 * 4 + 8, 6);
+
+  const Motion motion{{1}, true, true, {1, 2, 3}, {4, 5, 6, 7}, {8, 9, 10}, {11, 12, 13}};
+  check_counting(encode(Command{{}, SetMotion{{motion}}}), list + 2 * 8, 13);
+
+  BodyState state;
+  state.p_WBo = motion.p_WBo;
+  state.q_WB = motion.q_WB;
+  state.v_WBcm = motion.v_WBcm;
+  state.w_WB = motion.w_WB;
+  StateChunk chunk;
+  chunk.states = {state};
+  check_counting(encode(chunk), layout_of(MessageKind::states).fixed + 8 + 2 * 4, 13);
+}
+
+TEST_CASE("whole numbers stand in the order of lcmtypes") {
+  const auto fields = [](const Bytes& payload, std::size_t at, std::size_t count,
+                         std::size_t size) {
+    std::vector<std::int64_t> all;
+    for (std::size_t i = 0; i < count; ++i, at += size) {
+      all.push_back(size == 8 ? read_field<std::int64_t>(payload, at)
+                              : read_field<std::int32_t>(payload, at));
+    }
+    return all;
+  };
+  using Integers = std::vector<std::int64_t>;
+  const Bytes receipts = encode(Receipts{9, {{1, 2, 3, {Result::late, {4}, 5}}}});
+  CHECK(fields(receipts, 12, 5, 8) == Integers{9, 1, 2, 3, 4});
+  CHECK(fields(receipts, 12 + 5 * 8, 2, 4) == Integers{16, 5});  // late is 16 in result.h
+
+  const Wrench wrench{{1},
+                      WrenchQuantity::acceleration,
+                      WrenchFrame::body,
+                      WrenchPoint::body_point,
+                      WrenchDuration::ticks,
+                      6,
+                      {},
+                      {}};
+  const Bytes push = encode(Command{{}, Push{{wrench}}});
+  const std::size_t item = layout_of(MessageKind::push).fixed;
+  CHECK(fields(push, item, 1, 8) == Integers{1});
+  CHECK(fields(push, item + 8, 4, 4) == Integers{4, 1, 2, 1});
+  CHECK(fields(push, item + 8 + 16, 1, 8) == Integers{6});
+
+  const Bytes states = encode(StateChunk{1, 2, 3, 4, 5, 6, {7}, {8}, {}});
+  CHECK(fields(states, 12, 4, 8) == Integers{1, 2, 3, 4});
+  CHECK(fields(states, 12 + 32, 2, 4) == Integers{5, 6});
+  CHECK(fields(states, 12 + 40, 2, 8) == Integers{7, 8});
 }
 
 TEST_CASE("every message type keeps its fingerprint, and no two have the same") {

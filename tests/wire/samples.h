@@ -241,12 +241,19 @@ class Samples {
   std::mt19937_64 random_;
 };
 
-/// A big-endian field of a payload.
+// Big-endian fields of a payload.
 template <class Integer>
 void write_field(Bytes& payload, std::size_t at, Integer value) {
   for (std::size_t i = 0; i < sizeof value; ++i) {
     payload.at(at + i) = static_cast<std::uint8_t>(value >> 8 * (sizeof value - 1 - i));
   }
+}
+
+template <class Integer>
+Integer read_field(const Bytes& payload, std::size_t at) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < sizeof(Integer); ++i) value = value << 8 | payload.at(at + i);
+  return static_cast<Integer>(value);
 }
 
 }  // namespace cradle::test

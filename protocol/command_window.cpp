@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 // A round trip takes a tick and some microseconds; commands wait for the next tick anyway.
 constexpr SendWindow::Duration kFirstPause = 40ms;
 constexpr SendWindow::Duration kLongestPause = 250ms;
-constexpr SendWindow::Duration kQueuedPause = 500ms;
+constexpr SendWindow::Duration kQueuedPause = 2s;  // it is in good hands
 
 Receipt refusal(const CommandHeader& header, Result result) {
   return {header.client, header.sequence, 0, {result, {}, 0}};
@@ -69,21 +69,35 @@ bool SendWindow::has_room() const {
 }
 
 void SendWindow::add(MessageKind kind, Bytes payload, Time now) {
-  pending_.emplace(next_++, Pending{kind, std::move(payload), now, now, kFirstPause, false, 0});
+  pending_.emplace(next_++, Pending{kind, std::move(payload), now, now, kFirstPause, false, 0, 0});
 }
 
 void SendWindow::schedule(Pending& pending, Time now) {
   pending.next_send = now + pending.pause;
-  pending.pause = pending.is_queued ? kQueuedPause : std::min(2 * pending.pause, kLongestPause);
+  pending.pause =
+      pending.pause == kQueuedPause ? kQueuedPause : std::min(2 * pending.pause, kLongestPause);
   ++pending.sends;
+}
+
+void SendWindow::note_tick(Tick tick, Time now) {
+  for (auto& [sequence, pending] : pending_) {
+    if (pending.answer_tick == 0 || pending.answer_tick > tick) continue;
+    pending.answer_tick = 0;
+    pending.pause = kFirstPause;
+    pending.next_send = now + kFirstPause;
+  }
 }
 
 std::optional<SendWindow::Duration> SendWindow::answer(const Receipt& receipt, Time now) {
   const auto found = pending_.find(receipt.sequence);
   if (found == pending_.end() || is_retry(receipt.outcome.result)) return std::nullopt;
   if (receipt.outcome.result == Result::queued) {
-    found->second.is_queued = true;
-    found->second.next_send = now + kQueuedPause;
+    Pending& pending = found->second;
+    if (pending.is_queued && pending.answer_tick == 0) return std::nullopt;  // overdue already
+    pending.is_queued = true;
+    pending.answer_tick = receipt.tick;
+    pending.pause = kQueuedPause;
+    pending.next_send = now + kQueuedPause;
     return std::nullopt;
   }
   const Duration round_trip = now - found->second.first_sent;

@@ -65,7 +65,8 @@ class SendWindow {
     Time first_sent{};
     Time next_send{};
     Duration pause{};        ///< until the next resend
-    bool is_queued = false;  ///< the server has it and will answer at its target tick
+    bool is_queued = false;  ///< the server has it and will answer at `answer_tick`
+    Tick answer_tick = 0;    ///< 0: not queued, or that tick has passed
     int sends = 0;
   };
 
@@ -89,6 +90,10 @@ class SendWindow {
     }
     return resends;
   }
+
+  /// The world has come to `tick`: the answer of what was queued for it should have come, and is
+  /// asked for again soon.
+  void note_tick(Tick tick, Time now);
 
   /// Takes a receipt; the time since the first sending if it answers something pending for good.
   /// `queued` slows the resending, `gap` and `busy` leave it pending.

@@ -9,8 +9,7 @@
 namespace cradle {
 namespace {
 
-// --- single fields
-// --------------------------------------------------------------------------------
+// --- single fields ----------------------------------------------------------------------------
 
 void put(const Vec3& v, double (&out)[3]) {
   out[0] = v.x;
@@ -50,8 +49,7 @@ bool is_integer(std::int64_t value, std::int64_t lowest = 0) {
   return value >= lowest && value <= limits::kIntegerMax;
 }
 
-// --- items
-// ----------------------------------------------------------------------------------------
+// --- items ------------------------------------------------------------------------------------
 
 void to_wire(const BodySpec& v, wire::body_spec_v1& w) {
   w.kind = static_cast<std::int32_t>(v.kind);
@@ -227,8 +225,7 @@ bool list_from_wire(const WireItems& wire_items, Items& items) {
 
 }  // namespace
 
-// --- commands
-// -------------------------------------------------------------------------------------
+// --- commands ---------------------------------------------------------------------------------
 
 wire::command_header_v1 to_wire(const CommandHeader& v) {
   return {v.client, v.sequence, v.epoch, v.target_tick};
@@ -296,8 +293,7 @@ bool from_wire(const wire::control_v1& w, Control& v) {
   return is_integer(w.steps) && get(w.action, ControlAction::shutdown, v.action);
 }
 
-// --- of the server
-// --------------------------------------------------------------------------------
+// --- of the server ----------------------------------------------------------------------------
 
 wire::receipts_v1 to_wire(const Receipts& v) {
   auto w = list_to_wire<wire::receipts_v1>(v.receipts);

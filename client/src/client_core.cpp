@@ -43,14 +43,15 @@ std::size_t item_count(const CommandBody& body) {
 }  // namespace
 
 ClientCore::ClientCore(const std::string& world, std::string name,
-                       std::unique_ptr<Transport> control, OpenStates open_states)
+                       std::unique_ptr<Transport> control, OpenStates open_states,
+                       std::int64_t number)
     : channels_(world),
+      fixed_number_(number),
       name_(std::move(name)),
       control_(std::move(control)),
       open_states_(std::move(open_states)) {}
 
-// --- sending
-// --------------------------------------------------------------------------------------
+// --- sending ----------------------------------------------------------------------------------
 
 Ticket ClientCore::submit(CommandBody body, Tick target_tick, Time now) {
   now_ = now;
@@ -97,6 +98,7 @@ void ClientCore::enqueue(std::int64_t ticket, CommandBody body, Tick target_tick
 }
 
 void ClientCore::transmit() {
+  window_.note_tick(tick(), now_);
   counted_.resends += window_.send_due(now_, [this](MessageKind kind, ByteView payload) {
     control_->send(channels_.name(kind), payload);
     sent_at_ = now_;
@@ -113,8 +115,7 @@ void ClientCore::keep_alive() {
   sent_at_ = now_;
 }
 
-// --- receiving
-// ------------------------------------------------------------------------------------
+// --- receiving --------------------------------------------------------------------------------
 
 int ClientCore::poll(Time now) {
   if (is_in_callback_) return 0;
@@ -194,7 +195,7 @@ void ClientCore::enter(std::int64_t epoch) {
     if (callbacks.on_restart) notices_.push_back(Restarted{epoch});
   }
   epoch_ = epoch;
-  client_ = random_client_number();
+  client_ = fixed_number_ != 0 ? fixed_number_ : random_client_number();
   welcome_ = Welcome::unseen;
   if (status_.protocol_version == kProtocolVersion) say_hello();
 }
@@ -273,8 +274,7 @@ void ClientCore::take(const Events& batch) {
   if (callbacks.on_event) notices_.insert(notices_.end(), fresh.begin(), fresh.end());
 }
 
-// --- answers, callbacks, counters
-// -----------------------------------------------------------------
+// --- answers, callbacks, counters -------------------------------------------------------------
 
 void ClientCore::resolve(Ticket ticket, const Answer& answer) {
   answers_.emplace(ticket.number, answer);

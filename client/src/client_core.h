@@ -48,9 +48,9 @@ class ClientCore {
     forgotten  ///< refused, or not known any more: the next command says hello first
   };
 
-  /// `world` must satisfy is_world_name(), `name` is_name().
+  /// `world` must satisfy is_world_name(), `name` is_name(); `number` as in ClientOptions.
   ClientCore(const std::string& world, std::string name, std::unique_ptr<Transport> control,
-             OpenStates open_states);
+             OpenStates open_states, std::int64_t number = 0);
 
   /// Checks, stamps and sends. See Client's commands.
   Ticket submit(CommandBody body, Tick target_tick, Time now);
@@ -125,6 +125,7 @@ class ClientCore {
   void run(const Notice& notice);
 
   Channels channels_;
+  std::int64_t fixed_number_;  ///< 0: a random one
   std::string name_;
   std::unique_ptr<Transport> control_;
   std::unique_ptr<Transport> states_;

@@ -33,6 +33,10 @@ Connection check(const ClientOptions& options) {
             "the name of a client has at most " + std::to_string(limits::kNameBytes) +
                 " bytes of UTF-8 without control characters"};
   }
+  if (options.number < 0 || options.number > limits::kIntegerMax) {
+    return {nullptr, Result::out_of_range,
+            "the number of a client is at most " + std::to_string(limits::kIntegerMax)};
+  }
   return {};
 }
 
@@ -112,7 +116,7 @@ Connection Client::connect(const ClientOptions& options, std::chrono::millisecon
   if (!control.transport) return {nullptr, control.result, control.message};
 
   return introduce(std::make_unique<Impl>(options.world, options.name, std::move(control.transport),
-                                          states_opener(url)),
+                                          states_opener(url), options.number),
                    options.world, url.text(), timeout);
 }
 

@@ -23,8 +23,7 @@ CLI::Option* add_vector(CLI::App* app, const std::string& flag, Vec3& value,
       ->type_name("X Y Z");
 }
 
-// --- spawn
-// ----------------------------------------------------------------------------------------
+// --- spawn ------------------------------------------------------------------------------------
 
 struct SpawnArguments {
   BodySpec spec;
@@ -93,8 +92,7 @@ void add_spawn(CLI::App& app, Action& action) {
   });
 }
 
-// --- push
-// -----------------------------------------------------------------------------------------
+// --- push -------------------------------------------------------------------------------------
 
 struct PushArguments {
   std::string body;
@@ -167,8 +165,7 @@ void add_push(CLI::App& app, Action& action) {
   });
 }
 
-// --- the others
-// -----------------------------------------------------------------------------------
+// --- the others -------------------------------------------------------------------------------
 
 /// A subcommand that takes a list of bodies.
 void add_on_bodies(CLI::App& app, Action& action, const char* name, const char* help,

@@ -65,15 +65,13 @@ class World {
   Outcome set_motion(std::span<const Motion> motions);
   Outcome set_gravity(const Vec3& gravity_W);
 
-  // --- time
-  // -----------------------------------------------------------------------------------------
+  // --- time -------------------------------------------------------------------------------------
 
   /// One tick. `observer` may be null.
   StepReport step(Executor& executor, StepObserver* observer = nullptr);
   StepReport step();
 
-  // --- what there is
-  // --------------------------------------------------------------------------------
+  // --- what there is ----------------------------------------------------------------------------
 
   Tick tick() const;
   const WorldSettings& settings() const;

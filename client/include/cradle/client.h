@@ -33,7 +33,7 @@ struct Connection {
 class Client {
  public:
   /// Finds the world by its heartbeat and introduces us, in at most `timeout`. Fails with
-  ///  - bad_url, bad_name: the options have no meaning,
+  ///  - bad_url, bad_name, out_of_range: the options have no meaning,
   ///  - no_network: the host cannot send to or hear the multicast group,
   ///  - no_world: no heartbeat of that name,
   ///  - bad_version: the world speaks another protocol version,
@@ -45,7 +45,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  // --- commands ---------------------------------------------------------------------------------
+  // --- commands -------------------------------------------------------------------------------
   //
   // Each returns at once. The ticket's answer comes with a later poll(); wait() is the blocking
   // form. Commands take effect in the order in which they were given. Lists are atomic: all of it
@@ -99,7 +99,7 @@ class Client {
 
   BatchLimits batch_limits() const;
 
-  // --- answers ----------------------------------------------------------------------------------
+  // --- answers --------------------------------------------------------------------------------
 
   /// The final answer, if it has come. Those of the last 4096 commands answered are kept.
   std::optional<Answer> answer(Ticket ticket) const;
@@ -114,7 +114,7 @@ class Client {
   /// Inside a callback this does nothing.
   int poll(std::chrono::milliseconds wait = std::chrono::milliseconds(0));
 
-  // --- the world as it was last seen ------------------------------------------------------------
+  // --- the world as it was last seen ----------------------------------------------------------
   //
   // Pointers and spans hold until the next poll() or wait().
 
@@ -148,7 +148,7 @@ class Client {
   /// False if no heartbeat has come for three seconds before the last poll().
   bool is_alive() const;
 
-  // --- callbacks --------------------------------------------------------------------------------
+  // --- callbacks ------------------------------------------------------------------------------
   //
   // Run at the end of poll(), in the order in which things came. They may send commands. They must
   // not destroy the client or replace callbacks. What they throw goes no further: it is counted,

@@ -15,6 +15,10 @@ struct ClientOptions {
   std::string lcm_url;  ///< udpm://GROUP:PORT?ttl=N; empty: udpm://239.255.76.67:7667?ttl=0
   std::string world = "default";  ///< 1 .. limits::kWorldNameBytes letters, digits, '-', '_'
   std::string name;               ///< for the server's logs; at most limits::kNameBytes of UTF-8
+  /// Who we are to the world, 1 .. limits::kIntegerMax; 0: a random number. What clients do in the
+  /// same tick takes effect in the order of their numbers: fix them where runs must be repeatable,
+  /// to different ones for different clients, and to none that the same run of the server has met.
+  std::int64_t number = 0;
 
   /// The defaults, with `lcm_url` and `world` from the environment variables CRADLE_LCM_URL and
   /// CRADLE_WORLD where these are set.

@@ -185,6 +185,7 @@ void Daemon::answer_finished_steps() {
     publisher_.flush();
     desk_.answer(pending.front().header, {}, pending.front().until);
     pending.erase(pending.begin());
+    if (pending.empty()) pacer_.restart(Pacer::Clock::now());  // these steps kept no pace
   }
 }
 

@@ -1,6 +1,7 @@
 // What a world tells about itself, and its making.
 #include <xxhash.h>
 
+#include <cassert>
 #include <cstring>
 #include <utility>
 
@@ -31,7 +32,10 @@ World::State::State(const WorldSettings& s)
       dt(1 / s.rate_hz),
       gravity_W(to_eigen(s.gravity_W)),
       broad_phase(make_fcl_broad_phase()),
-      solver(make_contact_solver(s.solver)) {}
+      solver(make_contact_solver(s.solver)) {
+  assert(s.rate_hz > 0 && s.sub_steps >= 1);
+  assert(solver != nullptr && "settings name a solver of solver_names()");
+}
 
 BodyArrays World::State::arrays() {
   return {bodies.x,

@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kClients = 4;
 constexpr int kCommands = 250;  // of each client
-constexpr int kPerTick = 250;    // as many as the window lets wait, and the one after them
+constexpr int kPerTick = 125;   // half of what the window lets wait
 
 /// A daemon in lockstep in a thread of its own, behind a bad network.
 class Server {

@@ -11,7 +11,7 @@
 
 namespace cradle {
 
-/// Who sends a command, which one of his it is, and when it shall take effect.
+/// Who sends a command, which of the sender's commands it is, and when it shall take effect.
 struct CommandHeader {
   std::int64_t client = 0;    ///< 1 .. limits::kIntegerMax
   std::int64_t sequence = 0;  ///< 1, 2, 3, ...

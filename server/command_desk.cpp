@@ -10,7 +10,7 @@
 namespace cradle {
 namespace {
 
-constexpr std::int64_t kSilence_us = 10'000'000;  // a client sends its keep-alives every second
+constexpr std::int64_t kSilence_us = 10'000'000;  // a client that lives is heard every two seconds
 
 }  // namespace
 

@@ -15,8 +15,8 @@ namespace cradle {
 namespace {
 
 constexpr std::string_view kConfigKeys[] = {
-    "world",         "lcm_url",        "rate_hz",        "scene",   "lockstep",
-    "allow_control", "allow_shutdown", "datagram_bytes", "threads", "log_level"};
+    "world",          "lcm_url",        "rate_hz", "scene",      "lockstep",     "allow_control",
+    "allow_shutdown", "datagram_bytes", "threads", "bodies_max", "wrenches_max", "log_level"};
 constexpr std::string_view kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
 
 /// Every message fits with one item; the status is the largest.
@@ -41,6 +41,8 @@ Config load_config(const std::string& path) {
   table.read("allow_shutdown", config.allow_shutdown);
   table.read("datagram_bytes", config.datagram_bytes);
   table.read("threads", config.threads);
+  table.read("bodies_max", config.bodies_max);
+  table.read("wrenches_max", config.wrenches_max);
   table.read("log_level", config.log_level);
   if (const auto fault = find_fault(config)) table.refuse(fault->key, fault->reason);
   return config;
@@ -65,6 +67,12 @@ std::optional<ConfigFault> find_fault(const Config& config) {
   if (config.datagram_bytes != 0 &&
       !is_within(config.datagram_bytes, kDatagramBytesMin, limits::kLoopbackDatagramBytes)) {
     return ConfigFault{"datagram_bytes", "must be 0 (as the network allows) or 512 to 60000"};
+  }
+  if (!is_within(config.bodies_max, 0, limits::kBodies)) {
+    return ConfigFault{"bodies_max", "must be 0 to " + std::to_string(limits::kBodies)};
+  }
+  if (!is_within(config.wrenches_max, 0, limits::kWrenches)) {
+    return ConfigFault{"wrenches_max", "must be 0 to " + std::to_string(limits::kWrenches)};
   }
   if (!is_within(config.threads, 1, ThreadPool::kThreadsMax)) {
     return ConfigFault{"threads", "must be 1 to 256"};

@@ -18,7 +18,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::int64_t kStatusPeriod_us = 500'000;
-constexpr int kDescriptionsPerTick = 64;
+// Names and shapes for newcomers: 6400 bodies a second.
+constexpr int kDescriptions = 64;
+constexpr std::int64_t kDescriptionPeriod_us = 10'000;
 
 std::int64_t new_epoch() {
   std::random_device device;
@@ -66,7 +68,9 @@ Daemon::Daemon(const Options& options, Scene scene, std::unique_ptr<Transport> c
       run_(std::move(scene)),
       desk_(epoch_),
       journal_(std::make_unique<NoJournal>()),
-      publisher_(*states_, channels_, options.datagram_bytes),
+      publisher_(*states_, channels_, options.datagram_bytes,
+                 std::chrono::microseconds(
+                     static_cast<std::int64_t>(1e6 / run_.world().settings().rate_hz))),
       pacer_(run_.world().settings().rate_hz, Pacer::Clock::now()) {
   time_.lockstep = options.lockstep;
   if (options.threads > 1) {
@@ -103,12 +107,15 @@ void Daemon::run(int stop_descriptor) {
   std::thread receiver([&] { receive(is_ending); });
   pacer_.restart(Pacer::Clock::now());
   while (!time_.shutdown) {
-    const int awoken_by = wait(stop_descriptor);
-    if (awoken_by == stop_descriptor) break;
-    tick(awoken_by < 0);
+    const Awoken awoken = wait(stop_descriptor);
+    if (awoken == Awoken::stop) break;
+    if (awoken == Awoken::news) {
+      send_news();
+    } else {
+      tick(awoken == Awoken::tick);
+    }
   }
   send_receipts();
-  publisher_.flush();
   is_ending = true;
   receiver.join();
 }
@@ -121,6 +128,7 @@ void Daemon::tick(bool is_due) {
   for (const std::string& name : desk_.take_newcomers()) {
     spdlog::info("client \"{}\" said hello", name);
     described_ = {};
+    next_description_us_ = 0;
   }
   const bool is_stepping = is_due && time_.is_stepping(run_.world().tick());
   const bool has_changed = apply_due(is_stepping);
@@ -133,6 +141,14 @@ void Daemon::tick(bool is_due) {
   send_events();
   send_receipts();
   if (is_status_due) send_status();
+}
+
+/// What is told at its own times, however far the ticks are apart.
+void Daemon::send_news() {
+  send_events();
+  if (now_us() < next_status_us_) return;
+  publish_states();
+  send_status();
 }
 
 bool Daemon::apply_due(bool is_stepping) {
@@ -203,9 +219,14 @@ void Daemon::send_receipts() {
 }
 
 void Daemon::send_events() {
-  for (Event& event : run_.world().describe(described_, kDescriptionsPerTick)) {
-    described_ = event.body;
-    events_.push_back(std::move(event));
+  if (now_us() >= next_description_us_) {
+    std::vector<Event> described = run_.world().describe(described_, kDescriptions);
+    has_descriptions_ = !described.empty();
+    next_description_us_ = now_us() + kDescriptionPeriod_us;
+    for (Event& event : described) {
+      described_ = event.body;
+      events_.push_back(std::move(event));
+    }
   }
   const auto most =
       static_cast<std::size_t>(items_per_datagram(MessageKind::events, options_.datagram_bytes));
@@ -281,26 +302,35 @@ void Daemon::receive(const std::atomic<bool>& is_ending) {
   }
 }
 
-/// Sleeps until something is to be done: the descriptor that says so, or -1 when the time has come.
-/// A world that runs, or is paused, wakes at its rate; one in lockstep when a command comes, and
-/// for its heartbeat.
-int Daemon::wait(int stop_descriptor) {
+/// When the next heartbeat or description is due.
+Pacer::Clock::time_point Daemon::news_deadline() const {
+  const std::int64_t due_us =
+      has_descriptions_ ? std::min(next_status_us_, next_description_us_) : next_status_us_;
+  return Pacer::Clock::time_point(std::chrono::microseconds(due_us));
+}
+
+/// Sleeps until something is to be done. A world that runs, or is paused, wakes at its rate; one in
+/// lockstep when a command comes; steps asked for are made at once.
+Daemon::Awoken Daemon::wait(int stop_descriptor) {
   const bool has_steps = !time_.pending.empty();
   const bool is_waiting_for_commands = time_.lockstep && !has_steps;
-  auto deadline = pacer_.deadline();
-  if (has_steps) deadline = Pacer::Clock::now();  // steps asked for are made at once
-  if (is_waiting_for_commands) {
-    deadline = Pacer::Clock::now() + std::chrono::microseconds(kStatusPeriod_us);
-  }
+  const auto begin = Pacer::Clock::now();
+  auto tick_deadline = has_steps ? begin : pacer_.deadline();
+  if (is_waiting_for_commands) tick_deadline = Pacer::Clock::time_point::max();
+  const auto deadline = std::min(tick_deadline, news_deadline());
+
   pollfd descriptors[] = {{stop_descriptor, POLLIN, 0}, {inbox_.file_descriptor(), POLLIN, 0}};
-  const auto left = std::max(deadline - Pacer::Clock::now(), Pacer::Clock::duration::zero());
+  const auto left = std::max(deadline - begin, Pacer::Clock::duration::zero());
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(left);
   const timespec timeout{seconds.count(), std::chrono::nanoseconds(left - seconds).count()};
   ::ppoll(descriptors, is_waiting_for_commands ? 2 : 1, &timeout, nullptr);
-  if (descriptors[0].revents != 0) return stop_descriptor;
-  if (is_waiting_for_commands && descriptors[1].revents != 0) return inbox_.file_descriptor();
-  if (!has_steps && !time_.lockstep) pacer_.begin_tick(Pacer::Clock::now());
-  return -1;
+
+  if (descriptors[0].revents != 0) return Awoken::stop;
+  if (is_waiting_for_commands && descriptors[1].revents != 0) return Awoken::command;
+  const auto now = Pacer::Clock::now();
+  if (now < tick_deadline) return Awoken::news;
+  if (!has_steps) pacer_.begin_tick(now);
+  return Awoken::tick;
 }
 
 }  // namespace cradle

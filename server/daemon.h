@@ -71,7 +71,11 @@ class Daemon {
     std::int64_t ticks = 0;
   };
 
+  /// Why the loop goes on.
+  enum class Awoken { stop, command, tick, news };
+
   void tick(bool is_due);
+  void send_news();
   bool apply_due(bool is_stepping);
   void step(PhaseTimer& timer);
   void publish_states();
@@ -81,7 +85,8 @@ class Daemon {
   void send_status();
   WorldStatus status();
   void receive(const std::atomic<bool>& is_ending);
-  int wait(int stop_descriptor);
+  Awoken wait(int stop_descriptor);
+  Pacer::Clock::time_point news_deadline() const;
   std::int64_t now_us() const;
 
   Options options_;
@@ -102,6 +107,8 @@ class Daemon {
   std::deque<Event> events_;
   std::int64_t next_event_ = 1;
   BodyId described_;  ///< bodies up to this one have been described to the newest client
+  std::int64_t next_description_us_ = 0;
+  bool has_descriptions_ = false;  ///< more are to follow
   std::int64_t next_status_us_ = 0;
   std::int64_t overruns_told_ = 0;  ///< in the last status
   std::atomic<std::int64_t> unknown_datagrams_ = 0;

@@ -32,8 +32,7 @@ class Pacer {
 
   std::int64_t overruns() const { return overruns_; }
 
-  /// Simulated over wall time since the last call, or over the last call's span if shorter than 1
-  /// s.
+  /// Simulated over wall time, measured over spans of a second or more: the last whole one.
   double real_time_factor(std::int64_t tick, Clock::time_point now);
 
  private:

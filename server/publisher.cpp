@@ -42,10 +42,12 @@ std::vector<StateChunk> chunks_of(const Snapshot& snapshot, int per_chunk) {
   return chunks;
 }
 
-Publisher::Publisher(Transport& transport, Channels channels, int datagram_bytes)
+Publisher::Publisher(Transport& transport, Channels channels, int datagram_bytes,
+                     std::chrono::microseconds period)
     : transport_(transport),
       channels_(std::move(channels)),
       per_chunk_(items_per_datagram(MessageKind::states, datagram_bytes)),
+      period_(period),
       thread_([this] { run(); }) {}
 
 Publisher::~Publisher() {
@@ -85,7 +87,7 @@ void Publisher::run() {
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return has_waiting_ || is_ending_; });
-    if (!has_waiting_) return;
+    if (is_ending_) return;
     std::swap(snapshot, waiting_);
     has_waiting_ = false;
     is_sending_ = true;
@@ -98,11 +100,16 @@ void Publisher::run() {
 }
 
 void Publisher::send(const Snapshot& snapshot) {
-  int burst = 0;
-  for (const StateChunk& chunk : chunks_of(snapshot, per_chunk_)) {
+  const std::vector<StateChunk> chunks = chunks_of(snapshot, per_chunk_);
+  // The pauses must fit the tick; where they do not, bursts grow beyond what is safe everywhere.
+  const auto pauses = std::max<std::int64_t>(1, period_ * 6 / 10 / kBurstPause);
+  const auto needed = (static_cast<std::int64_t>(chunks.size()) + pauses - 1) / pauses;
+  std::int64_t burst = 0;
+  for (const StateChunk& chunk : chunks) {
+    if (is_ending_) return;
     const Bytes bytes = encode(chunk);
-    const bool is_small = bytes.size() <= kSmallDatagramBytes;
-    if (burst >= (is_small ? kSmallBurst : kLargeBurst)) {
+    const int safe = bytes.size() <= kSmallDatagramBytes ? kSmallBurst : kLargeBurst;
+    if (burst >= std::max<std::int64_t>(safe, needed)) {
       std::this_thread::sleep_for(kBurstPause);
       burst = 0;
     }

@@ -3,6 +3,8 @@
 /// chunks are paced.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
@@ -30,8 +32,11 @@ std::vector<StateChunk> chunks_of(const Snapshot& snapshot, int per_chunk);
 
 class Publisher {
  public:
-  /// `datagram_bytes` bounds each datagram. The transport must outlive the publisher.
-  Publisher(Transport& transport, Channels channels, int datagram_bytes);
+  /// `datagram_bytes` bounds each datagram; the chunks of a tick are spread over most of its
+  /// `period`. The transport must outlive the publisher.
+  Publisher(Transport& transport, Channels channels, int datagram_bytes,
+            std::chrono::microseconds period);
+  /// Sends nothing more but the chunk that is on its way.
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -52,13 +57,14 @@ class Publisher {
   Transport& transport_;
   const Channels channels_;
   const int per_chunk_;
+  const std::chrono::microseconds period_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   Snapshot waiting_;
   bool has_waiting_ = false;
   bool is_sending_ = false;
-  bool is_ending_ = false;
+  std::atomic<bool> is_ending_ = false;
   std::int64_t dropped_ = 0;
   std::thread thread_;  // last: it uses the others
 };

@@ -63,6 +63,8 @@ int run_daemon(const Config& config) {
 
   Scene scene = config.scene.empty() ? Scene{} : load_scene(config.scene);
   if (config.rate_hz > 0) scene.settings.rate_hz = config.rate_hz;
+  scene.settings.bodies_max = config.bodies_max;
+  scene.settings.wrenches_max = config.wrenches_max;
 
   Daemon::Options options;
   options.world = config.world;

@@ -40,6 +40,11 @@ struct SoftTolerances {
 };
 constexpr SoftTolerances kTolerances;
 
+/// Sweeps of restitution over all contacts. A body that hits two others in a tick needs more than
+/// one: of 10 000 elastic spheres' energy, 1 / 2 / 4 / 8 / 16 lose 13 / 3.9 / 0.4 / 0.24 / 0.23 %
+/// in 6 s.
+constexpr int kRestitutionPasses = 8;
+
 struct Softness {
   double mass_scale = 1;
   double impulse_scale = 0;
@@ -73,7 +78,8 @@ class SoftStep final : public ContactSolver {
       integrate_positions(tick);
       relax(constraints);
     }
-    apply_restitution(constraints);
+    for (int pass = 0; pass < kRestitutionPasses && apply_restitution(constraints); ++pass) {
+    }
   }
 
  private:
@@ -150,10 +156,12 @@ class SoftStep final : public ContactSolver {
     }
   }
 
-  /// Newton's law, once a tick, with the speed of the impact: v_i^2 = v^2 - 2 a s from the tick's
-  /// start, and the outgoing speed as it is where the tick ends, v_o^2 = e^2 v_i^2 + 2 a s (energy
-  /// in the acceleration a along the normal; negative: towards the surface).
-  void apply_restitution(std::span<ContactConstraint> constraints) {
+  /// Newton's law, after the sub-steps, with the speed of the impact: v_i^2 = v^2 - 2 a s from the
+  /// tick's start, and the outgoing speed as it is where the tick ends, v_o^2 = e^2 v_i^2 + 2 a s
+  /// (energy in the acceleration a along the normal; negative: towards the surface). True if an
+  /// impulse has changed: then others may have to.
+  bool apply_restitution(std::span<ContactConstraint> constraints) {
+    bool has_changed = false;
     for (ContactConstraint& c : constraints) {
       if (c.restitution == 0) continue;
       const double a = c.n.dot(bodies_.acceleration[slot(c.b)] - bodies_.acceleration[slot(c.a)]);
@@ -164,9 +172,12 @@ class SoftStep final : public ContactSolver {
         const double impact = std::max(p.approach * p.approach - 2 * a * p.s0, 0.0);
         const double leaving = c.restitution * c.restitution * impact + 2 * a * separation(c, p);
         const double speed = std::sqrt(std::max(leaving, 0.0));
+        const double lambda = p.lambda;
         add_normal(c, p, (speed - normal_velocity(c, p)) / p.K_normal);
+        has_changed = has_changed || p.lambda != lambda;
       }
     }
+    return has_changed;
   }
 
   Vector relative_velocity(const ContactConstraint& c, const ConstraintPoint& p) const {

@@ -204,6 +204,32 @@ TEST_CASE("what the configuration forbids is refused") {
   std::remove(file.c_str());
 }
 
+TEST_CASE("a world takes as many bodies as its configuration says") {
+  const std::string file = "cradle-test-" + std::to_string(::getpid()) + ".toml";
+  std::ofstream(file) << "bodies_max = 2\n";
+  const Process daemon(serve_arguments({"--config", file}));
+  const auto client = connect();
+  REQUIRE(client);
+  CHECK(spawn_ball(*client, {}));
+  CHECK(spawn_ball(*client, {2, 0, 0}));
+  const Answer third = client->wait(client->spawn(ball_spec({4, 0, 0})), 5s);
+  CHECK(third.result == Result::over_quota);
+  std::remove(file.c_str());
+}
+
+TEST_CASE("a slow world is found, answers and describes itself at once") {
+  const Process daemon(
+      serve_arguments({"--scene", CRADLE_SCENE_DIR "/pile.toml", "--lockstep", "--rate", "1"}));
+  const auto client = connect(5s);  // the heartbeat comes twice a second, however slow the ticks
+  REQUIRE(client);
+  CHECK(poll_until(*client, [&] {
+    return client->bodies().size() > 2000 &&
+           std::all_of(client->bodies().begin(), client->bodies().end(), [&](const BodyView& view) {
+             return client->about(view.state.body) != nullptr;
+           });
+  }));
+}
+
 TEST_CASE("a client may end the daemon if the configuration lets it") {
   const std::string file = "cradle-test-" + std::to_string(::getpid()) + ".toml";
   std::ofstream(file) << "allow_shutdown = true\n";

@@ -54,6 +54,8 @@ allow_control = false
 allow_shutdown = true
 datagram_bytes = 1400
 threads = 2
+bodies_max = 7
+wrenches_max = 8
 log_level = "debug"
 )");
   const Config config = load_config(file.path());
@@ -66,6 +68,8 @@ log_level = "debug"
   CHECK(config.allow_shutdown);
   CHECK(config.datagram_bytes == 1400);
   CHECK(config.threads == 2);
+  CHECK(config.bodies_max == 7);
+  CHECK(config.wrenches_max == 8);
   CHECK(config.log_level == "debug");
 }
 
@@ -94,6 +98,8 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
       {"datagram_bytes = 511", "cradled.toml:1: datagram_bytes: must be 0"},
       {"datagram_bytes = 60001", "cradled.toml:1: datagram_bytes: must be 0"},
       {"threads = 0", "cradled.toml:1: threads: must be 1 to 256"},
+      {"bodies_max = -1", "cradled.toml:1: bodies_max: must be 0 to 1000000"},
+      {"wrenches_max = 1000001", "cradled.toml:1: wrenches_max: must be 0 to 1000000"},
       {"threads = 257", "cradled.toml:1: threads: must be 1 to 256"},
       {"log_level = 'loud'", "cradled.toml:1: log_level: \"loud\" is none of trace, debug, info"},
   };

@@ -5,9 +5,12 @@
 
 #include <catch2/catch.hpp>
 #include <future>
+#include <thread>
 
 namespace cradle {
 namespace {
+
+constexpr std::chrono::microseconds kPeriod{16'667};
 
 Snapshot snapshot_of(std::size_t bodies, Tick tick = 5) {
   Snapshot s{9, tick, 83'333, 123, {}};
@@ -112,7 +115,7 @@ TEST_CASE("no datagram exceeds the limit, and the chunks are as full as it allow
   for (const int limit : {limits::kNetworkDatagramBytes, limits::kLoopbackDatagramBytes}) {
     Gate gate;
     gate.open();
-    Publisher publisher(gate, Channels("w"), limit);
+    Publisher publisher(gate, Channels("w"), limit, kPeriod);
     Snapshot snapshot = snapshot_of(1000);
     publisher.publish(snapshot);
     publisher.flush();
@@ -133,7 +136,7 @@ TEST_CASE("no datagram exceeds the limit, and the chunks are as full as it allow
 
 TEST_CASE("a snapshot that waits is replaced by the next, and its chunks are counted") {
   Gate gate;
-  Publisher publisher(gate, Channels("w"), 1400);
+  Publisher publisher(gate, Channels("w"), 1400, kPeriod);
   const int per_chunk = items_per_datagram(MessageKind::states, 1400);
   const auto publish = [&](std::size_t bodies, Tick tick) {
     Snapshot snapshot = snapshot_of(bodies, tick);
@@ -156,7 +159,7 @@ TEST_CASE("a snapshot that waits is replaced by the next, and its chunks are cou
 
 TEST_CASE("a flush returns when all is sent, not before") {
   Gate gate;
-  Publisher publisher(gate, Channels("w"), 1400);
+  Publisher publisher(gate, Channels("w"), 1400, kPeriod);
   publisher.flush();  // nothing to wait for
   Snapshot snapshot = snapshot_of(30);
   publisher.publish(snapshot);
@@ -172,23 +175,28 @@ TEST_CASE("a flush returns when all is sent, not before") {
   CHECK(gate.chunks.size() == static_cast<std::size_t>(gate.chunks.at(0).chunks));
 }
 
-TEST_CASE("a publisher that ends sends what it was handed") {
+TEST_CASE("a publisher that ends sends nothing but the chunk that is on its way") {
   Gate gate;
+  std::future<void> opened;
   {
-    Publisher publisher(gate, Channels("w"), 1400);
-    Snapshot first = snapshot_of(1, 1), second = snapshot_of(1, 2);
+    Publisher publisher(gate, Channels("w"), 1400, kPeriod);
+    Snapshot first = snapshot_of(1000, 1), second = snapshot_of(1, 2);
     publisher.publish(first);
     gate.wait_for_sender();
     publisher.publish(second);
-    gate.open();
+    opened = std::async(std::launch::async, [&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the end begins meanwhile
+      gate.open();
+    });
   }
-  CHECK(ticks_of(gate) == std::vector<Tick>{1, 2});
+  opened.get();
+  CHECK(ticks_of(gate) == std::vector<Tick>{1});
 }
 
 TEST_CASE("publishing gives an old buffer back, so that ticks need not allocate") {
   Gate gate;
   gate.open();
-  Publisher publisher(gate, Channels("w"), 1400);
+  Publisher publisher(gate, Channels("w"), 1400, kPeriod);
   Snapshot snapshot;
   // Three buffers go round: the caller's, the waiting one and the one being sent.
   for (int round = 0; round < 3; ++round) {

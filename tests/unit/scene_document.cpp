@@ -185,6 +185,8 @@ TEST_CASE("every default of the document is what a configuration without the key
       {"allow_shutdown", config.allow_shutdown ? "true" : "false"},
       {"datagram_bytes", std::to_string(config.datagram_bytes)},
       {"threads", std::to_string(config.threads)},
+      {"bodies_max", std::to_string(config.bodies_max)},
+      {"wrenches_max", std::to_string(config.wrenches_max)},
       {"log_level", '"' + config.log_level + '"'},
   };
   const Document document = read_document();

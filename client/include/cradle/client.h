@@ -77,7 +77,7 @@ class Client {
   Ticket push(const Wrench& wrench, When when = next_tick());
   Ticket push(std::span<const Wrench> wrenches, When when = next_tick());
 
-  /// Ends every wrench that acts on the bodies, or waits to.
+  /// Ends every wrench that acts on the bodies. A push for a later tick still comes.
   Ticket clear_wrenches(BodyId body, When when = next_tick());
   Ticket clear_wrenches(std::span<const BodyId> bodies, When when = next_tick());
 

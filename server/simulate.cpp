@@ -92,8 +92,9 @@ StepReport SceneRun::step(Executor& executor, StepObserver* observer) {
 
 void simulate(const SimulateOptions& options) {
   check_range("--threads", options.threads, 1, ThreadPool::kThreadsMax);
-  if (options.trace == "-" && options.summary == "-") {
-    throw OptionError("--trace and --summary cannot both be standard output");
+  if (!options.trace.empty() && options.trace == options.summary) {
+    throw OptionError("--trace and --summary cannot both be " +
+                      (options.trace == "-" ? "standard output" : options.trace));
   }
   Scene scene = load_scene(options.scene);
   scene.settings = settings_of(options, scene.settings);

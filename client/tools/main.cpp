@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 
@@ -24,6 +25,12 @@ struct Arguments {
   Action action;
 };
 
+/// Seconds from 0 on; CLI::Range lets "nan" pass.
+std::string check_seconds(const std::string& text) {
+  const double seconds = std::strtod(text.c_str(), nullptr);
+  return seconds >= 0 && seconds <= 1e6 ? "" : text + " is not a time of 0 to 1e6 s";
+}
+
 void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--lcm-url", arguments.options.lcm_url,
                  "udpm://GROUP:PORT?ttl=N; else from CRADLE_LCM_URL")
@@ -31,7 +38,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--world", arguments.options.world, "name; else from CRADLE_WORLD, or default")
       ->type_name("NAME");
   app.add_option("--timeout", arguments.timeout_s, "for the connection, and for each answer (s)")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(check_seconds)
       ->type_name("S");
   const std::string version =
       "cradle " CRADLE_VERSION ", protocol " + std::to_string(kProtocolVersion);
@@ -59,7 +66,9 @@ void add_status(CLI::App& app, Action& action) {
 void add_watch(CLI::App& app, Action& action) {
   const auto seconds = std::make_shared<double>(std::numeric_limits<double>::infinity());
   CLI::App* sub = app.add_subcommand("watch", "A live table of the bodies that move");
-  sub->add_option("--seconds", *seconds, "how long; else until Ctrl-C")->type_name("S");
+  sub->add_option("--seconds", *seconds, "how long; else until Ctrl-C")
+      ->check(check_seconds)
+      ->type_name("S");
   sub->callback([&action, seconds] {
     action = [seconds](Session& session) {
       return watch(session, std::chrono::duration<double>(*seconds));

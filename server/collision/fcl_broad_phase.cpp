@@ -4,7 +4,7 @@
 // Where we differ from plain use of FCL, each for a measured reason:
 // - We set the boxes: FCL's own box of a rotated object is that of its bounding sphere.
 // - The tree is rebuilt now and then: update() only refits it, and it decays without bound.
-// - Pairs are sorted: FCL's order hangs on hashes of pointers and on the tree's history.
+// - Pairs are sorted: FCL's order depends on hashes of pointers and on the tree's history.
 // - Only boxes within kReach enter: where the square of an extent overflows, FCL's tree builder
 //   follows an uninitialised iterator, and infinities and NaN are no better.
 // Which pairs come out does not depend on the tree: FCL compares the boxes of the leaves exactly.

@@ -145,6 +145,8 @@ TEST_CASE("in lockstep the world steps when told to, and the answer comes when i
   const Ticket two = a->step(100);
   CHECK(a->wait(one, 10s).tick == 115);
   CHECK(a->wait(two, 10s).tick == 215);
+  REQUIRE(poll_until(*a, [&] { return a->tick() == 215; }));
+  CHECK(a->statistics().chunks_lost == 0);  // the states of every tick have come
 }
 
 TEST_CASE("a command for a later tick is queued, then takes effect exactly there") {

@@ -44,6 +44,7 @@ int fork_into(const std::string& folder) {
   const int pid = ::fork();
   if (pid < 0) throw std::runtime_error("fork");
   if (pid == 0) {
+    ::setpgid(0, 0);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);
     redirect(folder + "/out", STDOUT_FILENO);
@@ -74,10 +75,8 @@ Process::Process(const std::function<int()>& task) : folder_(new_folder()) {
 }
 
 Process::~Process() {
-  if (is_running()) {
-    signal(SIGKILL);
-    wait(std::chrono::seconds(10));
-  }
+  ::kill(-pid_, SIGKILL);  // with what it has started
+  wait(std::chrono::seconds(10));
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
 }

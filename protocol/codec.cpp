@@ -159,6 +159,25 @@ std::optional<CommandHeader> peek_header(MessageKind kind, ByteView payload) {
 
 MessageKind kind_of(const CommandBody& body) { return static_cast<MessageKind>(body.index()); }
 
+int item_count(const CommandBody& body) {
+  struct Count {
+    std::size_t operator()(const Spawn& c) const { return c.bodies.size(); }
+    std::size_t operator()(const Despawn& c) const { return c.bodies.size(); }
+    std::size_t operator()(const Push& c) const { return c.wrenches.size(); }
+    std::size_t operator()(const ClearWrenches& c) const { return c.bodies.size(); }
+    std::size_t operator()(const SetMotion& c) const { return c.motions.size(); }
+    std::size_t operator()(const Hello&) const { return 1; }
+    std::size_t operator()(const SetGravity&) const { return 1; }
+    std::size_t operator()(const Control&) const { return 1; }
+  };
+  return static_cast<int>(std::visit(Count{}, body));
+}
+
+std::int64_t encoded_size(const CommandBody& body) {
+  const auto [fixed, item] = layout(kind_of(body));
+  return fixed + (item == 0 ? 0 : std::int64_t{item} * item_count(body));
+}
+
 Bytes encode(const Command& command) {
   return std::visit(
       [&](const auto& body) {

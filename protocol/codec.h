@@ -34,6 +34,12 @@ std::optional<CommandHeader> peek_header(MessageKind kind, ByteView payload);
 /// Which message carries this command.
 MessageKind kind_of(const CommandBody& body);
 
+/// How many items its list has; 1 for commands without one.
+int item_count(const CommandBody& body);
+
+/// Bytes of its message.
+std::int64_t encoded_size(const CommandBody& body);
+
 Bytes encode(const Command& command);
 Bytes encode(const Receipts& message);
 Bytes encode(const WorldStatus& message);

@@ -14,7 +14,7 @@ namespace cradle {
 /// Who sends a command, which of the sender's commands it is, and when it shall take effect.
 struct CommandHeader {
   std::int64_t client = 0;    ///< 1 .. limits::kIntegerMax
-  std::int64_t sequence = 0;  ///< 1, 2, 3, ...
+  std::int64_t sequence = 0;  ///< without gaps, from hello's on
   std::int64_t epoch = 0;     ///< of the world the sender knows; 0 in hello
   Tick target_tick = 0;       ///< 0: the next one
   friend bool operator==(const CommandHeader&, const CommandHeader&) = default;

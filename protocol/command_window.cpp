@@ -9,11 +9,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A round trip takes a tick and some microseconds; commands wait for the next tick anyway.
-constexpr SendWindow::Duration kFirstPause = 40ms;
-constexpr SendWindow::Duration kLongestPause = 250ms;
-constexpr SendWindow::Duration kQueuedPause = 2s;  // it is in good hands
-
 Receipt refusal(const CommandHeader& header, Result result) {
   return {header.client, header.sequence, 0, {result, {}, 0}};
 }
@@ -31,11 +26,17 @@ ReceiveWindow::Verdict ReceiveWindow::arrive(Command&& command) {
     if (kept != receipts_.end()) return {Kind::answered, kept->second};
     return {Kind::answered, refusal(header, Result::expired)};
   }
-  if (header.sequence >= next_ + limits::kHeldCommands) {
-    return {Kind::answered, refusal(header, Result::gap)};
-  }
+  if (is_beyond(header.sequence)) return {Kind::answered, refusal(header, Result::gap)};
   held_.emplace(header.sequence, std::move(command));
   return {header.sequence == next_ ? Kind::in_order : Kind::held, {}};
+}
+
+bool ReceiveWindow::is_beyond(std::int64_t sequence) const {
+  return sequence >= next_ + limits::kHeldCommands;
+}
+
+bool ReceiveWindow::is_new(std::int64_t sequence) const {
+  return sequence >= next_ && !is_beyond(sequence) && !held_.contains(sequence);
 }
 
 std::optional<Command> ReceiveWindow::take_next() {
@@ -69,48 +70,81 @@ bool SendWindow::has_room() const {
 }
 
 void SendWindow::add(MessageKind kind, Bytes payload, Time now) {
-  pending_.emplace(next_++, Pending{kind, std::move(payload), now, now, kFirstPause, false, 0, 0});
-}
-
-void SendWindow::schedule(Pending& pending, Time now) {
-  pending.next_send = now + pending.pause;
-  pending.pause =
-      pending.pause == kQueuedPause ? kQueuedPause : std::min(2 * pending.pause, kLongestPause);
-  ++pending.sends;
+  Pending pending;
+  pending.kind = kind;
+  pending.payload = std::move(payload);
+  pending.first_sent = pending.next_send = now;
+  pending_.emplace(next_++, std::move(pending));
 }
 
 void SendWindow::note_tick(Tick tick, Time now) {
   for (auto& [sequence, pending] : pending_) {
     if (pending.answer_tick == 0 || pending.answer_tick > tick) continue;
     pending.answer_tick = 0;
-    pending.pause = kFirstPause;
-    pending.next_send = now + kFirstPause;
+    pending.last_sent = now;  // the tick came without its answer, as if it had been asked for now
+    pending.next_send = now + pause_;
   }
 }
 
 std::optional<SendWindow::Duration> SendWindow::answer(const Receipt& receipt, Time now) {
+  const Result result = receipt.outcome.result;
   const auto found = pending_.find(receipt.sequence);
-  if (found == pending_.end() || is_retry(receipt.outcome.result)) return std::nullopt;
-  if (receipt.outcome.result == Result::queued) {
-    Pending& pending = found->second;
-    if (pending.is_queued && pending.answer_tick == 0) return std::nullopt;  // overdue already
+  if (found == pending_.end() || is_retry(result)) return std::nullopt;
+  Pending& pending = found->second;
+  learn(pending, now);
+  if (result != Result::held) taken_ = std::max(taken_, receipt.sequence);
+  if (result == Result::held) pending.is_held = true;
+  if (result == Result::queued && !pending.is_queued) {
     pending.is_queued = true;
     pending.answer_tick = receipt.tick;
-    pending.pause = kQueuedPause;
-    pending.next_send = now + kQueuedPause;
-    return std::nullopt;
   }
-  const Duration round_trip = now - found->second.first_sent;
+  if (is_interim(result)) return std::nullopt;
+  const Duration round_trip = now - pending.first_sent;
   pending_.erase(found);
   return round_trip;
 }
 
-std::vector<std::int64_t> SendWindow::restart() {
-  std::vector<std::int64_t> lost;
-  for (const auto& [sequence, pending] : pending_) lost.push_back(sequence);
+void SendWindow::restart() {
   pending_.clear();
-  next_ = 1;
-  return lost;
+  taken_ = next_ - 1;
+}
+
+SendWindow::Time SendWindow::due(const Pending& pending, bool is_safe) const {
+  if (is_safe) return pending.last_sent + kSafePause;
+  const bool may_be_lost = pending.sends > 0 && pending.last_sent <= answered_sent_;
+  if (!may_be_lost) return pending.next_send;
+  return std::min(pending.next_send, pending.last_sent + answered_in_ + kReordering);
+}
+
+/// Something was sent again: more slowly from now on, until an answer comes.
+void SendWindow::slow_down(Time now) {
+  if (now < slower_after_) return;
+  slower_after_ = now + pause_;
+  pause_ = std::min(2 * pause_, kLongestPause);
+}
+
+/// What an answer tells of the network.
+void SendWindow::learn(const Pending& answered, Time now) {
+  const Duration round_trip = now - answered.last_sent;
+  if (answered.last_sent >= answered_sent_) {
+    answered_sent_ = answered.last_sent;
+    answered_in_ = round_trip;
+  }
+  if (answered.sends == 1 && !answered.is_queued && !answered.is_held) {
+    const Duration error = round_trip - round_trip_;
+    const bool is_first = round_trip_ == Duration{};
+    variation_ =
+        is_first ? round_trip / 2 : variation_ + (std::chrono::abs(error) - variation_) / 4;
+    round_trip_ = is_first ? round_trip : round_trip_ + error / 8;
+  }
+  pause_ = patience();
+}
+
+SendWindow::Duration SendWindow::patience() const {
+  if (answered_sent_ == Time{}) return kFirstPause;
+  const bool is_measured = round_trip_ != Duration{};
+  const Duration overdue = is_measured ? round_trip_ + 4 * variation_ : 4 * answered_in_;
+  return std::clamp(overdue, kShortestPause, kLongestPause / 2);
 }
 
 }  // namespace cradle

@@ -8,6 +8,8 @@ std::string_view to_string(Result result) {
       return "ok";
     case Result::queued:
       return "queued";
+    case Result::held:
+      return "held";
     case Result::unknown_client:
       return "unknown_client";
     case Result::wrong_epoch:
@@ -64,6 +66,8 @@ std::string_view to_string(Result result) {
       return "bad_url";
     case Result::over_window:
       return "over_window";
+    case Result::contested:
+      return "contested";
   }
   return "unlisted";
 }

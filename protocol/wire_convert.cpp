@@ -312,7 +312,8 @@ wire::world_status_v1 to_wire(const WorldStatus& v) {
   w.flags = (v.paused ? world_status_v1::PAUSED : 0) |
             (v.lockstep ? world_status_v1::LOCKSTEP : 0) |
             (v.overloaded ? world_status_v1::OVERLOADED : 0) |
-            (v.controllable ? world_status_v1::CONTROLLABLE : 0);
+            (v.controllable ? world_status_v1::CONTROLLABLE : 0) |
+            (v.contested ? world_status_v1::CONTESTED : 0);
   w.epoch = v.epoch;
   w.tick = v.tick;
   w.tick_time_us = v.tick_time_us;
@@ -344,12 +345,14 @@ wire::world_status_v1 to_wire(const WorldStatus& v) {
 bool from_wire(const wire::world_status_v1& w, WorldStatus& v) {
   using wire::world_status_v1;
   const int known = int{world_status_v1::PAUSED} + int{world_status_v1::LOCKSTEP} +
-                    int{world_status_v1::OVERLOADED} + int{world_status_v1::CONTROLLABLE};
+                    int{world_status_v1::OVERLOADED} + int{world_status_v1::CONTROLLABLE} +
+                    int{world_status_v1::CONTESTED};
   v.protocol_version = w.protocol_version;
   v.paused = (w.flags & world_status_v1::PAUSED) != 0;
   v.lockstep = (w.flags & world_status_v1::LOCKSTEP) != 0;
   v.overloaded = (w.flags & world_status_v1::OVERLOADED) != 0;
   v.controllable = (w.flags & world_status_v1::CONTROLLABLE) != 0;
+  v.contested = (w.flags & world_status_v1::CONTESTED) != 0;
   v.epoch = w.epoch;
   v.tick = w.tick;
   v.tick_time_us = w.tick_time_us;

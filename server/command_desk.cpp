@@ -12,6 +12,17 @@ namespace {
 
 constexpr std::int64_t kSilence_us = 10'000'000;  // a client that lives is heard every two seconds
 
+/// What stands for a command that cannot be decoded, so that its client's sequence goes on: an
+/// empty list, which is answered `malformed` when its turn comes.
+Command unreadable(const CommandHeader& header) {
+  return {{header.client, header.sequence, header.epoch, 0}, Despawn{}};
+}
+
+/// A step may be what a full world waits for.
+bool may_find_no_room(const CommandBody& body) {
+  return !std::holds_alternative<Hello>(body) && !std::holds_alternative<Control>(body);
+}
+
 }  // namespace
 
 void CommandDesk::admit(Inbox::Contents&& contents, Tick coming_tick, std::int64_t now_us) {
@@ -23,7 +34,9 @@ void CommandDesk::admit(Inbox::Contents&& contents, Tick coming_tick, std::int64
     } else {
       ++malformed_;
       const auto header = peek_header(raw.kind, raw.payload);
-      if (header && sessions_.contains(header->client)) refuse(*header, Result::malformed);
+      if (header && sessions_.contains(header->client)) {
+        admit_one(unreadable(*header), coming_tick, now_us);
+      }
     }
   }
 }
@@ -37,9 +50,20 @@ void CommandDesk::admit_one(Command&& command, Tick coming_tick, std::int64_t no
     return is_hello ? greet(std::move(command), now_us) : refuse(header, Result::unknown_client);
   }
   Session& session = found->second;
+  if (is_hello && session.window.is_beyond(header.sequence)) begin_anew(session, header);
   session.heard_us = now_us;
+  if (session.window.is_new(header.sequence)) {
+    const std::int64_t bytes = encoded_size(command.body);
+    const bool has_room = waiting_bytes_ + bytes <= limits::kWaitingBytes;
+    if (!has_room && may_find_no_room(command.body)) return refuse(header, Result::busy);
+    waiting_bytes_ += bytes;
+  }
   const auto verdict = session.window.arrive(std::move(command));
-  if (verdict.kind == ReceiveWindow::Verdict::Kind::answered) outgoing_.push_back(verdict.receipt);
+  using Kind = ReceiveWindow::Verdict::Kind;
+  if (verdict.kind == Kind::answered) outgoing_.push_back(verdict.receipt);
+  if (verdict.kind == Kind::held && header.sequence > session.window.next()) {
+    outgoing_.push_back({header.client, header.sequence, 0, {Result::held, {}, 0}});
+  }
   while (auto next = session.window.take_next()) accept(session, std::move(*next), coming_tick);
 }
 
@@ -51,24 +75,42 @@ void CommandDesk::greet(Command&& command, std::int64_t now_us) {
   if (fault != Result::ok) return refuse(header, fault);
   if (!make_room(now_us)) return refuse(header, Result::over_quota);
   newcomers_.push_back(hello.name);
+  waiting_bytes_ += encoded_size(command.body);
   Session session{hello.name, ReceiveWindow(header.sequence), now_us, 0};
   session.window.arrive(std::move(command));
   waiting_.emplace(Key{0, header.client, header.sequence}, *session.window.take_next());
   sessions_.emplace(header.client, std::move(session));
 }
 
+/// The client's program was started again and keeps its number: its earlier run's commands for
+/// later ticks still happen, those behind a gap will never be complete.
+void CommandDesk::begin_anew(Session& session, const CommandHeader& hello) {
+  forget_held(session);
+  session.window = ReceiveWindow(hello.sequence);
+  newcomers_.push_back(session.name);
+}
+
+void CommandDesk::forget_held(const Session& session) {
+  for (const auto& [sequence, command] : session.window.held()) {
+    waiting_bytes_ -= encoded_size(command.body);
+  }
+}
+
 /// The command's turn in its client's sequence has come: it waits for its tick, or is refused.
 void CommandDesk::accept(Session& session, Command&& command, Tick coming_tick) {
   const CommandHeader header = command.header;
   const Tick target = header.target_tick;
+  const auto fault = [&] {
+    if (target == 0) return Result::ok;
+    if (target < coming_tick) return Result::late;
+    if (target > coming_tick + limits::kTicksAhead) return Result::too_far_ahead;
+    return session.queued < limits::kQueuedCommands ? Result::ok : Result::over_quota;
+  }();
+  if (fault != Result::ok) {
+    waiting_bytes_ -= encoded_size(command.body);
+    return answer(header, {fault, {}, 0}, 0);
+  }
   if (target != 0) {
-    if (target < coming_tick) return answer(header, {Result::late, {}, 0}, 0);
-    if (target > coming_tick + limits::kTicksAhead) {
-      return answer(header, {Result::too_far_ahead, {}, 0}, 0);
-    }
-    if (session.queued >= limits::kQueuedCommands) {
-      return answer(header, {Result::over_quota, {}, 0}, 0);
-    }
     ++session.queued;
     answer(header, {Result::queued, {}, 0}, target);
   }
@@ -80,6 +122,7 @@ std::vector<Command> CommandDesk::take_due(Tick coming_tick, bool is_stepping) {
   const auto take = [&](auto begin, auto end) {
     for (auto entry = begin; entry != end; ++entry) {
       if (std::get<0>(entry->first) != 0) --sessions_.at(entry->second.header.client).queued;
+      waiting_bytes_ -= encoded_size(entry->second.body);
       due.push_back(std::move(entry->second));
     }
     return waiting_.erase(begin, end);
@@ -120,6 +163,7 @@ bool CommandDesk::make_room(std::int64_t now_us) {
       sessions_.begin(), sessions_.end(),
       [&](const auto& a, const auto& b) { return rank(a.second) < rank(b.second); });
   if (now_us - oldest->second.heard_us < kSilence_us || oldest->second.queued > 0) return false;
+  forget_held(oldest->second);
   sessions_.erase(oldest);
   return true;
 }

@@ -36,6 +36,9 @@ class CommandDesk {
   /// What is to be sent, since the last call.
   std::vector<Receipt> take_receipts() { return std::exchange(outgoing_, {}); }
 
+  /// Of commands held behind a gap or queued, as messages; at most limits::kWaitingBytes of lists.
+  std::int64_t waiting_bytes() const { return waiting_bytes_; }
+
   std::int64_t clients(std::int64_t now_us) const;  ///< heard within the last kSilence_us
   std::int64_t applied() const { return applied_; }
   std::int64_t refused() const { return refused_; }
@@ -56,12 +59,15 @@ class CommandDesk {
   void admit_one(Command&& command, Tick coming_tick, std::int64_t now_us);
   void greet(Command&& command, std::int64_t now_us);
   void accept(Session& session, Command&& command, Tick coming_tick);
+  void begin_anew(Session& session, const CommandHeader& hello);
+  void forget_held(const Session& session);
   bool make_room(std::int64_t now_us);
   void refuse(const CommandHeader& header, Result result);
 
   std::int64_t epoch_;
   std::map<std::int64_t, Session> sessions_;  ///< by client
   std::map<Key, Command> waiting_;            ///< target 0: due at once
+  std::int64_t waiting_bytes_ = 0;            ///< of those and of what the sessions hold
   std::vector<Receipt> outgoing_;
   std::vector<std::string> newcomers_;
   std::int64_t applied_ = 0;

@@ -88,18 +88,26 @@ std::int64_t Daemon::now_us() const {
   return std::chrono::duration_cast<std::chrono::microseconds>(since_start).count();
 }
 
-bool Daemon::hears_itself() {
-  bool is_heard = false;
-  const auto deadline = Pacer::Clock::now() + 1s;
-  while (!is_heard && Pacer::Clock::now() < deadline) {
-    control_->send(channels_.name(MessageKind::status), encode(status()));
+Daemon::Presence Daemon::look_around(bool waits_for_rivals) {
+  Presence presence;
+  const auto begin = Pacer::Clock::now();
+  const auto patience =
+      waits_for_rivals ? std::chrono::microseconds(kStatusPeriod_us) + 100ms : 0us;
+  const auto is_done = [&] {
+    const auto waited = Pacer::Clock::now() - begin;
+    return presence.has_rival || waited >= (presence.hears_itself ? patience : 1s);
+  };
+  while (!is_done()) {
+    if (!presence.hears_itself) {
+      control_->send(channels_.name(MessageKind::status), encode(status()));
+    }
     control_->receive(50ms, [&](std::string_view channel, ByteView payload) {
       if (channel != channels_.name(MessageKind::status)) return;
       const auto heard = decode_status(payload);
-      is_heard = is_heard || (heard && heard->epoch == epoch_);
+      if (heard) (heard->epoch == epoch_ ? presence.hears_itself : presence.has_rival) = true;
     });
   }
-  return is_heard;
+  return presence;
 }
 
 void Daemon::run(int stop_descriptor) {
@@ -243,6 +251,7 @@ void Daemon::send_events() {
 }
 
 void Daemon::send_status() {
+  note_rivals();
   next_status_us_ = now_us() + kStatusPeriod_us;
   control_->send(channels_.name(MessageKind::status), encode(status()));
   overruns_told_ = pacer_.overruns();
@@ -259,6 +268,7 @@ WorldStatus Daemon::status() {
   s.lockstep = time_.lockstep;
   s.overloaded = pacer_.overruns() > overruns_told_;
   s.controllable = options_.permissions.control;
+  s.contested = is_contested_;
   s.epoch = epoch_;
   s.tick = world.tick();
   s.rate_hz = world.settings().rate_hz;
@@ -298,9 +308,29 @@ void Daemon::receive(const std::atomic<bool>& is_ending) {
         ++unknown_datagrams_;
       } else if (is_command(*kind)) {
         inbox_.put(*kind, payload);
+      } else if (*kind == MessageKind::status && is_rival(payload)) {
+        rival_heard_us_ = now_us();
       }  // else: what this daemon itself has sent
     });
   }
+}
+
+bool Daemon::is_rival(ByteView status_message) const {
+  const auto heard = decode_status(status_message);
+  return heard && heard->epoch != epoch_;
+}
+
+/// Two daemons of one world may meet when networks are joined. Neither gives way: clients see both
+/// and send nothing, until somebody ends one.
+void Daemon::note_rivals() {
+  const bool is_contested =
+      rival_heard_us_ != 0 && now_us() - rival_heard_us_ < 3 * kStatusPeriod_us;
+  if (is_contested && !is_contested_) {
+    spdlog::error("another daemon serves world \"{}\" on this network", options_.world);
+  } else if (!is_contested && is_contested_) {
+    spdlog::info("the other daemon of world \"{}\" is silent", options_.world);
+  }
+  is_contested_ = is_contested;
 }
 
 /// When the next heartbeat or description is due.

@@ -53,8 +53,15 @@ class Daemon {
          std::unique_ptr<Transport> states);
   ~Daemon();
 
-  /// Sends a heartbeat; true if it comes back within a second. Before run().
-  bool hears_itself();
+  /// Whom one hears on the network.
+  struct Presence {
+    bool hears_itself = false;
+    bool has_rival = false;  ///< another daemon that serves a world of this name
+  };
+
+  /// Sends heartbeats until one comes back, at most a second; `waits_for_rivals`: at least as long
+  /// as a rival may be silent. Before run().
+  Presence look_around(bool waits_for_rivals);
 
   /// Until `stop_descriptor` is readable or a client shuts the world down.
   void run(int stop_descriptor);
@@ -85,6 +92,8 @@ class Daemon {
   void send_status();
   WorldStatus status();
   void receive(const std::atomic<bool>& is_ending);
+  bool is_rival(ByteView status_message) const;
+  void note_rivals();
   Awoken wait(int stop_descriptor);
   Pacer::Clock::time_point news_deadline() const;
   std::int64_t now_us() const;
@@ -112,6 +121,8 @@ class Daemon {
   std::int64_t next_status_us_ = 0;
   std::int64_t overruns_told_ = 0;  ///< in the last status
   std::atomic<std::int64_t> unknown_datagrams_ = 0;
+  std::atomic<std::int64_t> rival_heard_us_ = 0;  ///< 0: never
+  bool is_contested_ = false;
   StepReport last_report_;
   Times times_;
 };

@@ -11,6 +11,7 @@ enum ExitCode : int {
   kExitNoNetwork = 69,  ///< no multicast, or the port cannot be opened
   kExitInternal = 70,   ///< a fault of the program
   kExitOutput = 73,     ///< an output file cannot be written
+  kExitTaken = 75,      ///< another daemon serves this world
   kExitConfig = 78,     ///< the configuration is wrong
 };
 

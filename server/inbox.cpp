@@ -25,8 +25,11 @@ void Inbox::put(MessageKind kind, ByteView payload) {
     ++rejected_;
     return;
   }
-  if (contents_.commands.size() < static_cast<std::size_t>(limits::kInboxDatagrams)) {
+  const auto bytes = static_cast<std::int64_t>(payload.size());
+  if (contents_.commands.size() < static_cast<std::size_t>(limits::kInboxDatagrams) &&
+      contents_.bytes + bytes <= limits::kInboxBytes) {
     contents_.commands.push_back({kind, Bytes(payload.begin(), payload.end())});
+    contents_.bytes += bytes;
   } else if (const auto header = peek_header(kind, payload);
              header && contents_.overflow.size() < kOverflowMax) {
     contents_.overflow.push_back(*header);

@@ -25,6 +25,7 @@ class Inbox {
 
   struct Contents {
     std::vector<RawCommand> commands;  ///< in the order of arrival
+    std::int64_t bytes = 0;            ///< of their payloads
     std::vector<CommandHeader>
         overflow;  ///< of commands that found the inbox full: to be told `busy`
   };

@@ -8,6 +8,7 @@
 //   69  no network: no multicast, or the port cannot be opened
 //   70  a fault of the program
 //   73  an output file cannot be written
+//   75  another daemon serves this world
 //   78  the configuration is wrong
 // Errors are one line on standard error.
 #include <cradle/limits.h>
@@ -29,7 +30,8 @@ namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 done; 64 command line wrong; 65 scene wrong; 66 no such input file;\n"
-    "69 no network; 70 internal fault; 73 cannot write output; 78 configuration wrong.";
+    "69 no network; 70 internal fault; 73 cannot write output; 75 world taken; 78 configuration "
+    "wrong.";
 
 /// Flags of `serve`; those that are given override the configuration file.
 struct ServeFlags {
@@ -95,6 +97,8 @@ void print_limits() {
   PRINT(kTicksAhead);
   PRINT(kClients);
   PRINT(kInboxDatagrams);
+  PRINT(kInboxBytes);
+  PRINT(kWaitingBytes);
   PRINT(kStepsPerCommand);
   PRINT(kBodies);
   PRINT(kWrenches);

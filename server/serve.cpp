@@ -9,6 +9,7 @@
 #include "protocol/transport/lcm_transport.h"
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/world_lock.h"
 
 namespace cradle {
 namespace {
@@ -54,6 +55,11 @@ void set_up_log(const std::string& level) {
   spdlog::set_level(spdlog::level::from_str(level));
 }
 
+[[noreturn]] void refuse_taken(const std::string& world, const LcmUrl& url, const char* where) {
+  throw StartupError(
+      kExitTaken, "another daemon serves world \"" + world + "\" at " + url.text() + ' ' + where);
+}
+
 }  // namespace
 
 int run_daemon(const Config& config) {
@@ -79,10 +85,14 @@ int run_daemon(const Config& config) {
   options.threads = config.threads;
 
   const StopSignals stop;
+  const WorldLock lock(options.world, url->port);
+  if (!lock.is_held()) refuse_taken(options.world, *url, "on this host");
   auto control = open(*url, Lane::send_and_receive);
   auto states = open(url->state_lane(), Lane::send_only);
   Daemon daemon(options, std::move(scene), std::move(control), std::move(states));
-  if (!daemon.hears_itself()) {
+  const auto presence = daemon.look_around(url->ttl > 0);
+  if (presence.has_rival) refuse_taken(options.world, *url, "on this network");
+  if (!presence.hears_itself) {
     throw StartupError(kExitNoNetwork,
                        "own multicast does not come back on " + url->text() +
                            "; for this host alone type: ip route add 224.0.0.0/4 dev lo");

@@ -134,6 +134,7 @@ double Client::wall_age_s(const BodyView& view) const {
 const WorldStatus& Client::status() const { return impl_->core.status(); }
 std::int64_t Client::epoch() const { return impl_->core.epoch(); }
 bool Client::is_alive() const { return impl_->core.is_alive(); }
+bool Client::is_contested() const { return impl_->core.is_contested(); }
 
 void Client::on_event(std::function<void(const Event&)> callback) {
   impl_->core.callbacks.on_event = std::move(callback);

@@ -15,41 +15,28 @@ using namespace std::chrono_literals;
 
 constexpr ClientCore::Duration kKeepAlive = 2s;  // the server forgets a client after 10 s
 constexpr ClientCore::Duration kPerhapsForgotten = 5s;
-constexpr ClientCore::Duration kHeartbeatTimeout = 3s;  // six heartbeats
+// A server that lives is heard again after that; stragglers are not.
+constexpr ClientCore::Duration kHeartbeatPeriod = 500ms;
 constexpr std::size_t kAnswersKept = 4096;
 constexpr std::size_t kPastEpochsKept = 8;
 constexpr std::size_t kOtherWorldsKept = 8;
-constexpr double kRoundTripWeight = 1.0 / 8;  // RFC 6298, section 2
 
 std::int64_t random_client_number() {
   std::random_device device;
   return std::uniform_int_distribution<std::int64_t>(1, limits::kIntegerMax)(device);
 }
 
-std::size_t item_count(const CommandBody& body) {
-  struct Count {
-    std::size_t operator()(const Spawn& c) const { return c.bodies.size(); }
-    std::size_t operator()(const Despawn& c) const { return c.bodies.size(); }
-    std::size_t operator()(const Push& c) const { return c.wrenches.size(); }
-    std::size_t operator()(const ClearWrenches& c) const { return c.bodies.size(); }
-    std::size_t operator()(const SetMotion& c) const { return c.motions.size(); }
-    std::size_t operator()(const Hello&) const { return 1; }
-    std::size_t operator()(const SetGravity&) const { return 1; }
-    std::size_t operator()(const Control&) const { return 1; }
-  };
-  return std::visit(Count{}, body);
-}
-
 }  // namespace
 
 ClientCore::ClientCore(const std::string& world, std::string name,
                        std::unique_ptr<Transport> control, OpenStates open_states,
-                       std::int64_t number)
+                       const Identity& identity)
     : channels_(world),
-      fixed_number_(number),
+      fixed_number_(identity.number),
       name_(std::move(name)),
       control_(std::move(control)),
-      open_states_(std::move(open_states)) {}
+      open_states_(std::move(open_states)),
+      window_(identity.first_sequence) {}
 
 // --- sending ----------------------------------------------------------------------------------
 
@@ -75,10 +62,11 @@ Outcome ClientCore::check(const CommandBody& body, Tick target_tick) const {
   const auto refused = [](Result result) { return Outcome{result, {}, 0}; };
   if (epoch_ == 0) return refused(Result::no_world);
   if (welcome_ == Welcome::unseen) return refused(Result::bad_version);
+  if (is_contested()) return refused(Result::contested);
   if (target_tick < 0 || target_tick > limits::kIntegerMax) return refused(Result::out_of_range);
   if (const Outcome fault = validate(body); fault.result != Result::ok) return fault;
   const int room = items_per_datagram(kind_of(body), status_.datagram_bytes);
-  if (item_count(body) > static_cast<std::size_t>(room)) return refused(Result::too_large);
+  if (item_count(body) > room) return refused(Result::too_large);
   return refused(window_.has_room() ? Result::ok : Result::over_window);
 }
 
@@ -175,7 +163,7 @@ void ClientCore::note_other_world(std::string_view channel) {
 }
 
 void ClientCore::take(const WorldStatus& status) {
-  if (is_past(status.epoch)) return;
+  if (is_past(status.epoch)) return note_rival();
   ++messages_;
   status_ = status;
   heartbeat_at_ = now_;
@@ -189,7 +177,15 @@ bool ClientCore::is_past(std::int64_t epoch) const {
          std::find(past_epochs_.begin(), past_epochs_.end(), epoch) != past_epochs_.end();
 }
 
+void ClientCore::note_rival() {
+  if (now_ - entered_at_ < kHeartbeatPeriod / 2) return;  // perhaps its last words, overtaken
+  has_rival_ = true;
+  rival_heard_at_ = now_;
+  ++counted_.rival_heartbeats;
+}
+
 void ClientCore::enter(std::int64_t epoch) {
+  entered_at_ = now_;
   if (epoch_ != 0) {
     leave();
     if (callbacks.on_restart) notices_.push_back(Restarted{epoch});
@@ -249,7 +245,10 @@ void ClientCore::take(const Receipt& receipt) {
   const Sent sent = found->second;
   sent_.erase(found);
   ++counted_.answers;
-  if (!sent.is_for_later) measure_round_trip(*round_trip);
+  if (!sent.is_for_later) {
+    counted_.round_trip_last_s = std::chrono::duration<double>(*round_trip).count();
+    counted_.round_trip_max_s = std::max(counted_.round_trip_max_s, counted_.round_trip_last_s);
+  }
   if (sent.ticket == 0) {
     hello_result_ = result;
     welcome_ = result == Result::ok ? Welcome::given : Welcome::forgotten;
@@ -257,14 +256,6 @@ void ClientCore::take(const Receipt& receipt) {
     resolve({sent.ticket, Result::ok},
             {result, receipt.outcome.body, receipt.outcome.item, receipt.tick});
   }
-}
-
-void ClientCore::measure_round_trip(Duration round_trip) {
-  const double seconds = std::chrono::duration<double>(round_trip).count();
-  double& smoothed = counted_.round_trip_smoothed_s;
-  smoothed = smoothed == 0 ? seconds : smoothed + kRoundTripWeight * (seconds - smoothed);
-  counted_.round_trip_last_s = seconds;
-  counted_.round_trip_max_s = std::max(counted_.round_trip_max_s, seconds);
 }
 
 void ClientCore::take(const Events& batch) {
@@ -336,6 +327,7 @@ BatchLimits ClientCore::batch_limits() const {
 
 ClientStatistics ClientCore::statistics() const {
   ClientStatistics all = counted_;
+  all.round_trip_smoothed_s = std::chrono::duration<double>(window_.round_trip()).count();
   const auto add = [&all](const TransportStats& port) {
     all.datagrams_received += port.received;
     all.datagrams_rejected += port.rejected;

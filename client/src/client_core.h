@@ -48,9 +48,16 @@ class ClientCore {
     forgotten  ///< refused, or not known any more: the next command says hello first
   };
 
-  /// `world` must satisfy is_world_name(), `name` is_name(); `number` as in ClientOptions.
+  /// Who we are to the world. A client that keeps its number begins anew with a higher sequence
+  /// than any before.
+  struct Identity {
+    std::int64_t number = 0;  ///< as in ClientOptions
+    std::int64_t first_sequence = 1;
+  };
+
+  /// `world` must satisfy is_world_name(), `name` is_name().
   ClientCore(const std::string& world, std::string name, std::unique_ptr<Transport> control,
-             OpenStates open_states, std::int64_t number = 0);
+             OpenStates open_states, const Identity& identity = {0, 1});
 
   /// Checks, stamps and sends. See Client's commands.
   Ticket submit(CommandBody body, Tick target_tick, Time now);
@@ -66,6 +73,8 @@ class ClientCore {
   std::int64_t epoch() const { return epoch_; }
   Tick tick() const { return std::max(mirror_.tick(), status_.tick); }
   bool is_alive() const;
+  /// Two servers that live claim this world: no commands are sent.
+  bool is_contested() const { return has_rival_ && now_ - rival_heard_at_ < kHeartbeatTimeout; }
   Time polled_at() const { return now_; }
   bool is_in_callback() const { return is_in_callback_; }
   ClientStatistics statistics() const;
@@ -83,6 +92,8 @@ class ClientCore {
   const Transport* states() const { return states_.get(); }
 
  private:
+  static constexpr Duration kHeartbeatTimeout = std::chrono::seconds(3);  ///< six heartbeats
+
   struct Restarted {
     std::int64_t epoch = 0;
   };
@@ -108,6 +119,7 @@ class ClientCore {
   void take(const Receipt& receipt);
   void take(const Events& batch);
   bool is_past(std::int64_t epoch) const;
+  void note_rival();
   void enter(std::int64_t epoch);
   void leave();
   void open_states_at(int port);
@@ -119,7 +131,6 @@ class ClientCore {
   void enqueue(std::int64_t ticket, CommandBody body, Tick target_tick);
   void transmit();
   void resolve(Ticket ticket, const Answer& answer);
-  void measure_round_trip(Duration round_trip);
 
   void run_callbacks();
   void run(const Notice& notice);
@@ -136,6 +147,9 @@ class ClientCore {
   std::int64_t client_ = 0;               ///< our number in this epoch
   std::int64_t epoch_ = 0;                ///< 0: none yet
   std::deque<std::int64_t> past_epochs_;  ///< the last few before
+  Time entered_at_{};                     ///< the present one
+  bool has_rival_ = false;                ///< one of the past was heard again
+  Time rival_heard_at_{};
   Welcome welcome_ = Welcome::unseen;
   std::int64_t hello_sequence_ = 0;
   Result hello_result_ = Result::ok;

@@ -11,8 +11,8 @@ namespace cradle {
 struct Client::Impl {
   /// As ClientCore.
   Impl(const std::string& world, std::string name, std::unique_ptr<Transport> control,
-       ClientCore::OpenStates open_states, std::int64_t number = 0)
-      : core(world, std::move(name), std::move(control), std::move(open_states), number) {}
+       ClientCore::OpenStates open_states, const ClientCore::Identity& identity = {})
+      : core(world, std::move(name), std::move(control), std::move(open_states), identity) {}
 
   /// As Client::poll.
   int poll(std::chrono::milliseconds wait);

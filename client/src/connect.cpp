@@ -88,6 +88,17 @@ bool is_settled(const ClientCore& core) {
          (core.welcome() == Welcome::unseen && core.has_heard_other_protocol());
 }
 
+/// With a number of its own, a client that is started again is the same one to the world: its
+/// sequence begins with the time, in units of which no run sends more than one command.
+ClientCore::Identity identity_of(const ClientOptions& options) {
+  if (options.number == 0) return {};
+  using namespace std::chrono;
+  constexpr std::int64_t kUnitsPerSecond = 1 << 22;
+  constexpr sys_days kBegin = 2024y / 1 / 1;  // 68 years fit into limits::kIntegerMax
+  const auto since = duration_cast<milliseconds>(system_clock::now() - kBegin).count();
+  return {options.number, 1 + since * (kUnitsPerSecond / 1000)};
+}
+
 }  // namespace
 
 ClientOptions ClientOptions::from_environment(std::string name) {
@@ -116,7 +127,7 @@ Connection Client::connect(const ClientOptions& options, std::chrono::millisecon
   if (!control.transport) return {nullptr, control.result, control.message};
 
   return introduce(std::make_unique<Impl>(options.world, options.name, std::move(control.transport),
-                                          states_opener(url), options.number),
+                                          states_opener(url), identity_of(options)),
                    options.world, url.text(), timeout);
 }
 

@@ -37,6 +37,7 @@ std::string describe(const WorldStatus& s) {
     text += format("  %-9s %s\n", head, rest.c_str());
   };
   text += format("%s: %s\n", s.name.c_str(), mood(s).c_str());
+  if (s.contested) line("WARNING", "another server claims this world: end one of them");
   line("time", format("%.2f s, tick %lld at %g Hz, %.2f times real time, %lld overruns",
                       1e-6 * static_cast<double>(s.tick_time_us), wide(s.tick), s.rate_hz,
                       s.real_time_factor, wide(s.overruns)));
@@ -69,6 +70,7 @@ std::string to_json(const WorldStatus& s) {
       {"lockstep", boolean(s.lockstep)},
       {"overloaded", boolean(s.overloaded)},
       {"controllable", boolean(s.controllable)},
+      {"contested", boolean(s.contested)},
       {"epoch", integer(s.epoch)},
       {"tick", integer(s.tick)},
       {"tick_time_us", integer(s.tick_time_us)},

@@ -22,8 +22,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kClients = 4;
-constexpr int kCommands = 250;  // of each client
-constexpr int kPerTick = 125;   // half of what the window lets wait
+constexpr int kCommands = 2500;  // of each client
+constexpr int kPerTick = 250;    // as many as the window lets wait, and a few more
 
 /// A daemon in lockstep in a thread of its own, behind a bad network.
 class Server {
@@ -80,7 +80,7 @@ struct Played {
   std::int64_t resends = 0;
 };
 
-/// Four clients give 1000 spawns, 125 each before every tick, then the world steps.
+/// Four clients give 10 000 spawns, 250 each before every tick, then the world steps.
 Played play(const Lossiness& lossiness) {
   InProcessBus control;
   InProcessBus states;
@@ -95,7 +95,7 @@ Played play(const Lossiness& lossiness) {
         [&](int) {
           return OpenedTransport{states.join(), Result::ok, ""};
         },
-        i + 1);
+        ClientCore::Identity{i + 1, 1});
     player.core->callbacks.on_answer = [&player](Ticket, const Answer& answer) {
       player.has_failed = player.has_failed || answer.result != Result::ok;
     };

@@ -37,12 +37,12 @@ TEST_CASE("a new epoch ends what was pending, forgets the bodies, and begins wit
   const auto heard = visit.server.heard();
   REQUIRE(heard.size() == 1);
   CHECK(std::holds_alternative<Hello>(heard[0].body));
-  CHECK(heard[0].header.sequence == 1);
+  CHECK(heard[0].header.sequence == 3);  // numbers go on
   CHECK(heard[0].header.client != first_client);
 
   const Ticket next = visit.submit_gravity();
   const Command command = visit.server.heard().at(0);
-  CHECK(command.header == CommandHeader{heard[0].header.client, 2, first_epoch + 1, 0});
+  CHECK(command.header == CommandHeader{heard[0].header.client, 4, first_epoch + 1, 0});
   visit.server.answer(heard[0].header, {});
   visit.server.answer(command.header, {});
   visit.poll();
@@ -61,11 +61,41 @@ TEST_CASE("stragglers of a past epoch are ignored while the present server lives
   visit.server.status.epoch = old_epoch;
   visit.server.heartbeat();
   visit.server.receipts({{1, 1, 0, {}}});
-  visit.poll(1s);
+  visit.poll(200ms);
   CHECK(visit.core.epoch() == new_epoch);
+  CHECK_FALSE(visit.core.is_contested());
   visit.server.heartbeat();
   visit.poll(3s);  // the new one has been silent all the time
   CHECK(visit.core.epoch() == old_epoch);
+}
+
+TEST_CASE("while two servers claim the world, commands are refused, and the statistics say why") {
+  Visit visit;
+  visit.be_welcomed();
+  const std::int64_t old_epoch = visit.server.status.epoch;
+  const auto both_heartbeats = [&] {
+    visit.server.status.epoch = old_epoch + 1;
+    visit.server.heartbeat();
+    visit.poll(300ms);
+    visit.server.status.epoch = old_epoch;
+    visit.server.heartbeat();
+    visit.poll(200ms);
+  };
+  both_heartbeats();  // the other one may have spoken its last word
+  CHECK_FALSE(visit.core.is_contested());
+  both_heartbeats();
+  CHECK(visit.core.is_contested());
+  CHECK(visit.core.epoch() == old_epoch + 1);
+  CHECK(visit.core.statistics().rival_heartbeats == 1);
+  CHECK(visit.submit_gravity().refused == Result::contested);
+
+  for (int i = 0; i < 6; ++i) {  // the first one has gone
+    visit.server.status.epoch = old_epoch + 1;
+    visit.server.heartbeat();
+    visit.poll(500ms);
+  }
+  CHECK_FALSE(visit.core.is_contested());
+  CHECK(visit.submit_gravity().refused == Result::ok);
 }
 
 TEST_CASE("a world is alive until three seconds have passed without a heartbeat") {

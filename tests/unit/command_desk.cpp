@@ -9,6 +9,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "protocol/validate.h"
+
 namespace cradle {
 namespace {
 
@@ -49,11 +51,11 @@ struct Office {
     desk.admit(std::move(contents), coming, now_us);
   }
 
-  /// Hands out what is due and answers it with ok.
+  /// Hands out what is due and answers it, with ok if it means something.
   Headers work(bool is_stepping = true) {
-    const Headers due = headers_of(desk.take_due(coming, is_stepping));
-    for (const CommandHeader& header : due) desk.answer(header, {}, coming);
-    return due;
+    const std::vector<Command> due = desk.take_due(coming, is_stepping);
+    for (const Command& c : due) desk.answer(c.header, validate(c.body), coming);
+    return headers_of(due);
   }
 
   void welcome(std::int64_t client) {
@@ -136,12 +138,12 @@ TEST_CASE("a repeated command is not due again and gets the receipt of the first
   CHECK(office.desk.take_receipts() == first);
 }
 
-TEST_CASE("commands behind a missing one wait for it, without an answer") {
+TEST_CASE("commands behind a missing one are held, and answered in their turn") {
   Office office;
   office.welcome(7);
   office.arrive({command(7, 4), command(7, 3)});
   CHECK(office.work().empty());
-  CHECK(office.results().empty());
+  CHECK(office.results() == std::vector<Result>(2, Result::held));
   office.arrive({command(7, 2)});
   CHECK(office.work() == Headers{command(7, 2).header, command(7, 3).header, command(7, 4).header});
   CHECK(office.results() == std::vector<Result>(3, Result::ok));
@@ -319,18 +321,73 @@ TEST_CASE("what the inbox had no room for is told busy, and can be sent again") 
   CHECK(office.result_of(command(7, 2)) == Result::ok);
 }
 
-TEST_CASE("malformed bytes with a known client's header are told so and take no number") {
+TEST_CASE("malformed bytes with a known client's header are told so in their turn") {
   Office office;
   office.welcome(7);
   RawCommand bad = raw(command(7, 2));
   bad.payload[0] ^= 1;  // another type's fingerprint
+  office.arrive({command(7, 3)});
+  CHECK(office.results() == std::vector{Result::held});  // it waits for number 2
   office.arrive_raw(bad);
-  CHECK(office.desk.take_receipts() == std::vector<Receipt>{{7, 2, 0, {Result::malformed, {}, 0}}});
+  office.work();
+  CHECK(office.results() == std::vector{Result::malformed, Result::ok});
+  CHECK(office.result_of(command(7, 2)) == Result::malformed);  // the first answer stays
+  CHECK(office.result_of(command(7, 4)) == Result::ok);
+  bad = raw(command(7, 4));
+  bad.payload[0] ^= 1;
+  office.arrive_raw(bad);  // a damaged copy of an answered command
+  CHECK(office.results() == std::vector{Result::ok});
+  CHECK(office.desk.malformed() == 2);
+}
+
+TEST_CASE("a client that is started again under its number goes on from a new hello") {
+  Office office;
+  office.welcome(7);
   CHECK(office.result_of(command(7, 2)) == Result::ok);
-  CHECK(office.desk.malformed() == 1);
-  office.arrive_raw(bad);  // now a damaged copy of an answered command
-  CHECK(office.results() == std::vector<Result>{Result::malformed});
-  CHECK(office.result_of(command(7, 2)) == Result::ok);  // the first answer stays
+  office.arrive({command(7, 3, office.coming + 1), command(7, 5)});  // one queued, one held
+  office.results();
+  const std::int64_t first = 4 + limits::kHeldCommands;
+  CHECK(office.result_of(command(7, first + 1)) == Result::gap);  // not by any other command
+  CHECK(office.result_of(hello(7, first)) == Result::ok);
+  CHECK(office.result_of(command(7, first + 1)) == Result::ok);
+  CHECK(office.result_of(command(7, 4)) == Result::expired);
+  ++office.coming;
+  CHECK(office.work().size() == 1);  // what its earlier run has queued
+  CHECK(office.desk.waiting_bytes() == 0);
+}
+
+TEST_CASE("what waits is bounded in bytes, and can be sent again when there is room") {
+  Office office;
+  const auto large = [](std::int64_t client, std::int64_t sequence, Tick target) {
+    Command c = command(client, sequence, target);
+    c.body = Push{std::vector<Wrench>(500)};
+    return c;
+  };
+  const std::int64_t bytes = encoded_size(large(1, 2, 0).body);
+  const std::int64_t room = limits::kWaitingBytes / bytes;
+  const std::int64_t each = room / 10;
+  std::int64_t taken = 0;
+  for (std::int64_t client = 1; client <= 11; ++client) {
+    office.welcome(client);
+    for (std::int64_t s = 2; s < 2 + each; ++s) {
+      office.arrive({large(client, s, office.coming + 1)});
+      for (const Result result : office.results()) {
+        if (result == Result::queued) ++taken;
+      }
+    }
+    CHECK(office.desk.waiting_bytes() <= limits::kWaitingBytes);
+  }
+  CHECK(taken == room);
+  const std::int64_t next = 2 + each;
+  CHECK(office.result_of(large(1, next, 0)) == Result::busy);
+  Command step = command(1, next);
+  step.body = Control{ControlAction::step, 1};
+  CHECK(office.result_of(step) == Result::ok);  // what a full world waits for
+  ++office.coming;
+  CHECK(office.work().size() == static_cast<std::size_t>(room));
+  CHECK(office.desk.waiting_bytes() == 0);
+  office.results();
+  CHECK(office.result_of(command(1, next + 1)) == Result::ok);
 }
 
 TEST_CASE(

@@ -193,7 +193,8 @@ class Samples {
   WorldStatus status() {
     WorldStatus s;
     s.protocol_version = static_cast<std::int32_t>(bits());
-    for (bool* flag : {&s.paused, &s.lockstep, &s.overloaded, &s.controllable}) *flag = coin();
+    for (bool* flag : {&s.paused, &s.lockstep, &s.overloaded, &s.controllable, &s.contested})
+      *flag = coin();
     s.epoch = integer(1);
     for (std::int64_t* count :
          {&s.tick, &s.tick_time_us, &s.bodies, &s.contacts, &s.clients, &s.wrenches, &s.overruns,

@@ -54,7 +54,8 @@ class Client {
   // Refused here, without sending: what breaks a limit of cradle/limits.h or contradicts itself
   // (not_finite, out_of_range, bad_shape, bad_mass, bad_rotation, bad_wrench, bad_name,
   // unknown_body for ids below 1, malformed for an empty list), lists larger than batch_limits()
-  // (too_large), and anything while limits::kHeldCommands wait for their answer (over_window).
+  // (too_large), anything while limits::kHeldCommands wait for their answer (over_window), and
+  // anything while two servers claim the world (contested).
   // Refused by the server: late, too_far_ahead, unknown_body, duplicate_name, over_quota,
   // wrong_kind, not_allowed. Lost with the server: world_restarted.
 
@@ -147,6 +148,9 @@ class Client {
   std::int64_t epoch() const;
   /// False if no heartbeat has come for three seconds before the last poll().
   bool is_alive() const;
+  /// True if two servers claim this world, and both were heard in the three seconds before the last
+  /// poll(): on_restart told of the change to the one shown here. Commands are refused: contested.
+  bool is_contested() const;
 
   // --- callbacks ------------------------------------------------------------------------------
   //

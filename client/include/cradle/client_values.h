@@ -17,7 +17,8 @@ struct ClientOptions {
   std::string name;               ///< for the server's logs; at most limits::kNameBytes of UTF-8
   /// Who we are to the world, 1 .. limits::kIntegerMax; 0: a random number. What clients do in the
   /// same tick takes effect in the order of their numbers: fix them where runs must be repeatable,
-  /// to different ones for different clients, and to none that the same run of the server has met.
+  /// to different ones for different clients that live. A client that is started again may keep its
+  /// number: its earlier run's commands for later ticks still happen.
   std::int64_t number = 0;
 
   /// The defaults, with `lcm_url` and `world` from the environment variables CRADLE_LCM_URL and
@@ -80,12 +81,13 @@ struct ClientStatistics {
   std::int64_t resends = 0;
   std::int64_t answers = 0;
   double round_trip_last_s = 0;  ///< from sending to the receipt, without commands for later ticks
-  double round_trip_smoothed_s = 0;  ///< moving mean, weight 1/8, as RFC 6298
+  double round_trip_smoothed_s = 0;  ///< moving mean as RFC 6298, of those that were sent once
   double round_trip_max_s = 0;
   /// Moving mean, weight 1/16, of |wall time - simulated time| between ticks seen, as RFC 3550.
   double tick_jitter_s = 0;
 
   std::int64_t restarts = 0;             ///< of the world, since we know it
+  std::int64_t rival_heartbeats = 0;     ///< of a second server of the same world
   std::int64_t callback_exceptions = 0;  ///< see Client::last_callback_error()
 };
 

@@ -38,6 +38,8 @@ inline constexpr int kQueuedCommands = 4096;            ///< a client, for later
 inline constexpr std::int64_t kTicksAhead = 1'000'000;  ///< a target tick may lie ahead
 inline constexpr int kClients = 64;                     ///< a world
 inline constexpr int kInboxDatagrams = 16384;           ///< waiting for the next tick
+inline constexpr std::int64_t kInboxBytes = 1 << 26;    ///< of them together
+inline constexpr std::int64_t kWaitingBytes = 1 << 26;  ///< held and queued of all clients
 inline constexpr std::int64_t kStepsPerCommand = 1'000'000;
 
 // World; the configuration may set lower ones.

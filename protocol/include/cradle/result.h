@@ -10,6 +10,7 @@ namespace cradle {
 enum class Result : std::int32_t {
   ok = 0,
   queued = 1,  ///< accepted for a later tick; the final answer follows then
+  held = 2,    ///< arrived before an earlier one of its client; the answer follows in its turn
 
   unknown_client = 10,  ///< say hello first
   wrong_epoch = 11,     ///< meant for another run of the server
@@ -41,10 +42,14 @@ enum class Result : std::int32_t {
   no_network = 103,       ///< the transport could not be opened or cannot send
   bad_url = 104,
   over_window = 105,  ///< too many commands without an answer: poll first
+  contested = 106,    ///< two servers claim this world: end one of them
 };
 
 /// The enumerator's name, "ok", "unknown_body", ...; "unlisted" for other numbers.
 std::string_view to_string(Result result);
+
+/// True for answers that another one follows.
+constexpr bool is_interim(Result r) { return r == Result::queued || r == Result::held; }
 
 /// True for the answers after which a client may send the very same command again later.
 constexpr bool is_retry(Result r) { return r == Result::gap || r == Result::busy; }

@@ -16,6 +16,7 @@ struct WorldStatus {
   bool lockstep = false;          ///< steps only on a step command
   bool overloaded = false;        ///< ticks take longer than they should: time runs slow
   bool controllable = false;      ///< clients may pause, resume and step
+  bool contested = false;         ///< the server has heard another one of the same world
   std::int64_t epoch = 0;         ///< random number of this run of the server
   Tick tick = 0;                  ///< steps done since its start
   std::int64_t tick_time_us = 0;  ///< simulated time, us

@@ -1,88 +1,138 @@
 #include "server/config.h"
 
 #include <cradle/limits.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
+#include <cctype>
+#include <charconv>
+#include <sstream>
+#include <type_traits>
 
 #include "protocol/channels.h"
 #include "protocol/transport/lcm_url.h"
 #include "server/thread_pool.h"
-#include "server/toml_reader.h"
 
 namespace cradle {
 namespace {
 
-constexpr std::string_view kConfigKeys[] = {
-    "world",          "lcm_url",        "rate_hz", "scene",      "lockstep",     "allow_control",
-    "allow_shutdown", "datagram_bytes", "threads", "bodies_max", "wrenches_max", "log_level"};
 constexpr std::string_view kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
 
 /// Every message fits with one item; the status is the largest.
 constexpr int kDatagramBytesMin = 512;
 
-std::string quoted(const std::string& text) { return '"' + text + '"'; }
+bool is_within(double value, double least, double most) { return value >= least && value <= most; }
+
+/// What a setting's check says of its value: nothing if it can be, else `reason`.
+std::string unless(bool is_good, const std::string& reason) { return is_good ? "" : reason; }
+std::string unless(bool is_good, const std::string& value, const std::string& reason) {
+  return unless(is_good, '"' + value + "\" " + reason);
+}
+std::string unless_within(int value, int least, int most) {
+  return unless(is_within(value, least, most),
+                "must be " + std::to_string(least) + " to " + std::to_string(most));
+}
+
+std::string check_world(const Config& c) {
+  return unless(
+      is_world_name(c.world), c.world,
+      "is not 1 to " + std::to_string(limits::kWorldNameBytes) + " letters, digits, '-' and '_'");
+}
+std::string check_lcm_url(const Config& c) {
+  return unless(
+      parse_lcm_url(c.lcm_url).has_value(), c.lcm_url,
+      "is not like " + LcmUrl().text() + ", with a multicast group and a port of 1024 to 65534");
+}
+std::string check_rate(const Config& c) {
+  return unless(c.rate_hz == 0 || is_within(c.rate_hz, limits::kRateMin_hz, limits::kRateMax_hz),
+                "must be 0 (as the scene says) or 1 to 10000");
+}
+std::string check_datagram_bytes(const Config& c) {
+  return unless(c.datagram_bytes == 0 ||
+                    is_within(c.datagram_bytes, kDatagramBytesMin, limits::kLoopbackDatagramBytes),
+                "must be 0 (as the network allows) or 512 to 60000");
+}
+std::string check_threads(const Config& c) {
+  return unless_within(c.threads, 1, ThreadPool::kThreadsMax);
+}
+std::string check_bodies_max(const Config& c) {
+  return unless_within(c.bodies_max, 0, limits::kBodies);
+}
+std::string check_wrenches_max(const Config& c) {
+  return unless_within(c.wrenches_max, 0, limits::kWrenches);
+}
+std::string check_log_level(const Config& c) {
+  return unless(
+      std::find(std::begin(kLogLevels), std::end(kLogLevels), c.log_level) != std::end(kLogLevels),
+      c.log_level, "is none of trace, debug, info, warn, error, off");
+}
+
+constexpr bool kReloadable = true;
+constexpr bool kNeedsRestart = false;
+constexpr bool kPath = true;
+
+// clang-format off
+const Setting kSettings[] = {
+    {"world", &Config::world, "name of the world", check_world},
+    {"lcm_url", &Config::lcm_url, "like udpm://239.255.76.67:7667?ttl=0", check_lcm_url},
+    {"rate_hz", &Config::rate_hz, "ticks a second, instead of the scene's", check_rate},
+    {"scene", &Config::scene, "scene to begin with (TOML)", nullptr, kNeedsRestart, kPath},
+    {"lockstep", &Config::lockstep, "step only on a client's step command"},
+    {"allow_control", &Config::allow_control, "clients may pause, resume and step", nullptr, kReloadable},
+    {"allow_shutdown", &Config::allow_shutdown, "clients may end the daemon", nullptr, kReloadable},
+    {"datagram_bytes", &Config::datagram_bytes, "largest datagram to send; 0: as the network allows", check_datagram_bytes},
+    {"threads", &Config::threads, "threads that step the world", check_threads},
+    {"bodies_max", &Config::bodies_max, "bodies that the world takes", check_bodies_max},
+    {"wrenches_max", &Config::wrenches_max, "wrenches that act at once", check_wrenches_max},
+    {"log_level", &Config::log_level, "trace, debug, info, warn, error or off", check_log_level, kReloadable},
+};
+// clang-format on
 
 }  // namespace
 
-Config load_config(const std::string& path) {
-  const TomlFile file(read_file(path), path, refuse_with<ConfigError>);
-  const TomlTable table(file, kConfigKeys);
-  Config config;
-  table.read("world", config.world);
-  table.read("lcm_url", config.lcm_url);
-  table.read("rate_hz", config.rate_hz);
-  if (table.read("scene", config.scene) && !config.scene.empty()) {
-    config.scene = (std::filesystem::path(path).parent_path() / config.scene).string();
-  }
-  table.read("lockstep", config.lockstep);
-  table.read("allow_control", config.allow_control);
-  table.read("allow_shutdown", config.allow_shutdown);
-  table.read("datagram_bytes", config.datagram_bytes);
-  table.read("threads", config.threads);
-  table.read("bodies_max", config.bodies_max);
-  table.read("wrenches_max", config.wrenches_max);
-  table.read("log_level", config.log_level);
-  if (const auto fault = find_fault(config)) table.refuse(fault->key, fault->reason);
-  return config;
+std::span<const Setting> settings() { return kSettings; }
+
+std::string Setting::variable() const {
+  std::string name = "CRADLE_";
+  for (const char c : key) name += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
 }
 
-std::optional<ConfigFault> find_fault(const Config& config) {
-  const auto is_within = [](double value, double least, double most) {
-    return value >= least && value <= most;
-  };
-  if (!is_world_name(config.world)) {
-    return ConfigFault{"world", quoted(config.world) + " is not 1 to " +
-                                    std::to_string(limits::kWorldNameBytes) +
-                                    " letters, digits, '-' and '_'"};
-  }
-  if (!parse_lcm_url(config.lcm_url)) {
-    return ConfigFault{"lcm_url", quoted(config.lcm_url) + " is not like " + LcmUrl().text() +
-                                      ", with a multicast group and a port of 1024 to 65534"};
-  }
-  if (config.rate_hz != 0 && !is_within(config.rate_hz, limits::kRateMin_hz, limits::kRateMax_hz)) {
-    return ConfigFault{"rate_hz", "must be 0 (as the scene says) or 1 to 10000"};
-  }
-  if (config.datagram_bytes != 0 &&
-      !is_within(config.datagram_bytes, kDatagramBytesMin, limits::kLoopbackDatagramBytes)) {
-    return ConfigFault{"datagram_bytes", "must be 0 (as the network allows) or 512 to 60000"};
-  }
-  if (!is_within(config.bodies_max, 0, limits::kBodies)) {
-    return ConfigFault{"bodies_max", "must be 0 to " + std::to_string(limits::kBodies)};
-  }
-  if (!is_within(config.wrenches_max, 0, limits::kWrenches)) {
-    return ConfigFault{"wrenches_max", "must be 0 to " + std::to_string(limits::kWrenches)};
-  }
-  if (!is_within(config.threads, 1, ThreadPool::kThreadsMax)) {
-    return ConfigFault{"threads", "must be 1 to 256"};
-  }
-  if (std::find(std::begin(kLogLevels), std::end(kLogLevels), config.log_level) ==
-      std::end(kLogLevels)) {
-    return ConfigFault{
-        "log_level", quoted(config.log_level) + " is none of trace, debug, info, warn, error, off"};
-  }
-  return std::nullopt;
+std::string Setting::flag() const {
+  if (key == "rate_hz") return "--rate";
+  std::string name = "--" + std::string(key);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::string value_text(const Setting& setting, const Config& config) {
+  return std::visit(
+      [&](auto field) -> std::string {
+        const auto& value = config.*field;
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::is_same_v<Value, bool>) {
+          return value ? "true" : "false";
+        } else if constexpr (std::is_same_v<Value, std::string>) {
+          std::ostringstream text;
+          const toml::value<std::string> node(value);  // quotes, and escapes what must be
+          text << toml::toml_formatter(node, toml::format_flags::allow_unicode_strings);
+          return text.str();
+        } else {
+          std::array<char, 32> digits{};
+          const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+          return {digits.data(), end.ptr};
+        }
+      },
+      setting.field);
+}
+
+Scene first_scene(const Config& config) {
+  Scene scene = config.scene.empty() ? Scene{} : load_scene(config.scene);
+  if (config.rate_hz > 0) scene.settings.rate_hz = config.rate_hz;
+  scene.settings.bodies_max = config.bodies_max;
+  scene.settings.wrenches_max = config.wrenches_max;
+  return scene;
 }
 
 }  // namespace cradle

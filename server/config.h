@@ -1,12 +1,18 @@
-/// How `cradled serve` shall run: defaults, then the configuration file, then flags.
+/// How `cradled serve` shall run: one table of everything that can be set.
 ///
-/// README.md of tests/scenes documents every key of the file.
+/// The file, the environment, the flags, `print-config`, `check` and a reload all walk the table
+/// (config_layers.h). A new key is a field of Config, a line of the table in config.cpp, and a line
+/// each in README.md of tests/scenes and in server/deploy/cradled.toml; tests find what is missing.
 #pragma once
 
-#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
+
+#include "server/exit_code.h"
+#include "server/scene.h"
 
 namespace cradle {
 
@@ -25,22 +31,38 @@ struct Config {
   std::string log_level = "info";  ///< trace, debug, info, warn, error or off
 };
 
-/// "FILE:LINE: reason"
-class ConfigError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+/// Something that can be set.
+struct Setting {
+  using Field =
+      std::variant<bool Config::*, int Config::*, double Config::*, std::string Config::*>;
+
+  std::string_view key;      ///< in files; in upper case, after CRADLE_, in the environment
+  Field field;               ///< its type is the key's
+  std::string_view meaning;  ///< for --help
+  /// What is wrong with the value; empty: nothing. None: every value of the type can be.
+  std::string (*fault)(const Config&) = nullptr;
+  bool is_reloadable = false;  ///< by SIGHUP, in a world that runs
+  bool is_path = false;        ///< relative to the file that names it
+
+  std::string variable() const;  ///< of the environment
+  std::string flag() const;      ///< of the command line
 };
 
-/// The file's path of a scene is relative to the folder of the configuration file.
-/// Throws ConfigError, and std::filesystem::filesystem_error if the file cannot be read.
-Config load_config(const std::string& path);
+/// All of them, in the order of the documentation.
+std::span<const Setting> settings();
 
-/// A value that cannot be.
-struct ConfigFault {
-  std::string_view key;
-  std::string reason;
+/// The value as TOML: what a configuration file says after the '='.
+std::string value_text(const Setting& setting, const Config& config);
+
+/// "ORIGIN: reason", where the origin is FILE:LINE, a variable of the environment, or a flag.
+struct ConfigError : std::runtime_error {
+  explicit ConfigError(const std::string& line, int code = kExitConfig)
+      : std::runtime_error(line), exit_code(code) {}
+  int exit_code;
 };
-/// The first fault, if there is one; the defaults have none.
-std::optional<ConfigFault> find_fault(const Config& config);
+
+/// The scene that a world begins with, with what the configuration says about it.
+/// Throws what load_scene does.
+Scene first_scene(const Config& config);
 
 }  // namespace cradle

@@ -110,14 +110,16 @@ Daemon::Presence Daemon::look_around(bool waits_for_rivals) {
   return presence;
 }
 
-void Daemon::run(int stop_descriptor) {
+void Daemon::run(Supervisor& supervisor) {
+  supervisor_ = &supervisor;
   std::atomic<bool> is_ending = false;
   std::thread receiver([&] { receive(is_ending); });
   pacer_.restart(Pacer::Clock::now());
   while (!time_.shutdown) {
-    const Awoken awoken = wait(stop_descriptor);
-    if (awoken == Awoken::stop) break;
-    if (awoken == Awoken::news) {
+    const Awoken awoken = wait();
+    if (awoken == Awoken::supervisor) {
+      if (!supervisor.attend()) break;
+    } else if (awoken == Awoken::news) {
       send_news();
     } else {
       tick(awoken == Awoken::tick);
@@ -126,6 +128,11 @@ void Daemon::run(int stop_descriptor) {
   send_receipts();
   is_ending = true;
   receiver.join();
+}
+
+void Daemon::run(int stop_descriptor) {
+  StopDescriptor stop(stop_descriptor);
+  run(stop);
 }
 
 /// Everything that happens at one moment; `is_due`: the world's next tick may be made.
@@ -253,7 +260,9 @@ void Daemon::send_events() {
 void Daemon::send_status() {
   note_rivals();
   next_status_us_ = now_us() + kStatusPeriod_us;
-  control_->send(channels_.name(MessageKind::status), encode(status()));
+  const WorldStatus told = status();
+  control_->send(channels_.name(MessageKind::status), encode(told));
+  supervisor_->heartbeat(told);
   overruns_told_ = pacer_.overruns();
   times_ = {};
 }
@@ -342,7 +351,7 @@ Pacer::Clock::time_point Daemon::news_deadline() const {
 
 /// Sleeps until something is to be done. A world that runs, or is paused, wakes at its rate; one in
 /// lockstep when a command comes; steps asked for are made at once.
-Daemon::Awoken Daemon::wait(int stop_descriptor) {
+Daemon::Awoken Daemon::wait() {
   const bool has_steps = !time_.pending.empty();
   const bool is_waiting_for_commands = time_.lockstep && !has_steps;
   const auto begin = Pacer::Clock::now();
@@ -350,13 +359,14 @@ Daemon::Awoken Daemon::wait(int stop_descriptor) {
   if (is_waiting_for_commands) tick_deadline = Pacer::Clock::time_point::max();
   const auto deadline = std::min(tick_deadline, news_deadline());
 
-  pollfd descriptors[] = {{stop_descriptor, POLLIN, 0}, {inbox_.file_descriptor(), POLLIN, 0}};
+  pollfd descriptors[] = {{supervisor_->descriptor(), POLLIN, 0},
+                          {inbox_.file_descriptor(), POLLIN, 0}};
   const auto left = std::max(deadline - begin, Pacer::Clock::duration::zero());
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(left);
   const timespec timeout{seconds.count(), std::chrono::nanoseconds(left - seconds).count()};
   ::ppoll(descriptors, is_waiting_for_commands ? 2 : 1, &timeout, nullptr);
 
-  if (descriptors[0].revents != 0) return Awoken::stop;
+  if (descriptors[0].revents != 0) return Awoken::supervisor;
   if (is_waiting_for_commands && descriptors[1].revents != 0) return Awoken::command;
   const auto now = Pacer::Clock::now();
   if (now < tick_deadline) return Awoken::news;

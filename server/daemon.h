@@ -18,12 +18,12 @@
 #include "protocol/transport/transport.h"
 #include "server/command_desk.h"
 #include "server/commands.h"
-#include "server/config.h"
 #include "server/inbox.h"
 #include "server/journal.h"
 #include "server/pacer.h"
 #include "server/publisher.h"
 #include "server/simulate.h"
+#include "server/supervisor.h"
 
 namespace cradle {
 
@@ -32,10 +32,6 @@ struct StartupError : std::runtime_error {
   StartupError(int code, const std::string& line) : std::runtime_error(line), exit_code(code) {}
   int exit_code;
 };
-
-/// Opens the network, loads the scene, serves until a signal or a shutdown command; 0 at the end.
-/// Throws StartupError, SceneError.
-int run_daemon(const Config& config);
 
 /// The daemon without process and signals; tests run it on in-process transports.
 class Daemon {
@@ -63,8 +59,13 @@ class Daemon {
   /// as a rival may be silent. Before run().
   Presence look_around(bool waits_for_rivals);
 
-  /// Until `stop_descriptor` is readable or a client shuts the world down.
+  /// Until the supervisor ends it or a client shuts the world down.
+  void run(Supervisor& supervisor);
+  /// Until `stop_descriptor` is readable, likewise; nobody else looks after it.
   void run(int stop_descriptor);
+
+  /// For the commands that come from now on. Between two rounds of the loop, as in attend().
+  void set_permissions(const Permissions& permissions) { options_.permissions = permissions; }
 
   std::int64_t epoch() const { return epoch_; }
   const World& world() const { return run_.world(); }
@@ -79,7 +80,7 @@ class Daemon {
   };
 
   /// Why the loop goes on.
-  enum class Awoken { stop, command, tick, news };
+  enum class Awoken { supervisor, command, tick, news };
 
   void tick(bool is_due);
   void send_news();
@@ -94,11 +95,12 @@ class Daemon {
   void receive(const std::atomic<bool>& is_ending);
   bool is_rival(ByteView status_message) const;
   void note_rivals();
-  Awoken wait(int stop_descriptor);
+  Awoken wait();
   Pacer::Clock::time_point news_deadline() const;
   std::int64_t now_us() const;
 
   Options options_;
+  Supervisor* supervisor_ = nullptr;  ///< while run() runs
   std::int64_t epoch_;
   Channels channels_;
   std::unique_ptr<Transport> control_;

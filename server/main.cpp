@@ -22,6 +22,7 @@
 
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/serve.h"
 #include "server/simulate.h"
 #include "server/trace.h"
 
@@ -33,25 +34,54 @@ constexpr const char* kExitCodes =
     "69 no network; 70 internal fault; 73 cannot write output; 75 world taken; 78 configuration "
     "wrong.";
 
-/// Flags of `serve`; those that are given override the configuration file.
+/// Flags of `serve` and `print-config`.
 struct ServeFlags {
-  std::string config;
-  std::optional<std::string> scene, world, lcm_url;
-  std::optional<double> rate_hz;
-  bool lockstep = false;
+  std::optional<std::string> config;
+  std::vector<std::pair<std::string, const CLI::Option*>> settings;
   bool print_limits = false;
+
+  ConfigSources sources() const {
+    ConfigSources all{config, process_environment(), {}};
+    for (const auto& [flag, option] : settings) {
+      if (option->count() > 0) all.flags.emplace_back(flag, option->as<std::string>());
+    }
+    return all;
+  }
 };
+
+/// --config, and a flag for every setting; a yes or no is --flag, or --flag=false.
+void add_settings(CLI::App& command, ServeFlags& flags) {
+  command.add_option("--config", flags.config,
+                     std::string("configuration (TOML) instead of ") + kDefaultConfigFile);
+  for (const Setting& setting : settings()) {
+    const bool is_bool = std::holds_alternative<bool Config::*>(setting.field);
+    const std::string name = setting.flag(), meaning(setting.meaning);
+    const CLI::Option* option = is_bool ? command.add_flag(name, meaning)
+                                        : command.add_option(name, meaning)->type_name("VALUE");
+    flags.settings.emplace_back(name, option);
+  }
+  command.footer(
+      std::string("A flag wins over its variable of the environment, like CRADLE_LCM_URL, "
+                  "and that over the file.\n") +
+      kExitCodes);
+}
 
 void add_serve(CLI::App& app, ServeFlags& flags) {
   CLI::App* serve = app.add_subcommand("serve", "Run a world on the network until SIGTERM");
-  serve->add_option("--config", flags.config, "Configuration (TOML); flags override it");
-  serve->add_option("--scene", flags.scene, "Scene to begin with (TOML)");
-  serve->add_option("--world", flags.world, "Name of the world");
-  serve->add_option("--lcm-url", flags.lcm_url, "Like udpm://239.255.76.67:7667?ttl=0");
-  serve->add_option("--rate", flags.rate_hz, "Ticks a second, instead of the scene's");
-  serve->add_flag("--lockstep", flags.lockstep, "Step only on a client's step command");
-  serve->add_flag("--print-limits", flags.print_limits, "Print all limits and end");
-  serve->footer(kExitCodes);
+  add_settings(*serve, flags);
+  serve->add_flag("--print-limits", flags.print_limits, "print all limits and end");
+}
+
+void add_print_config(CLI::App& app, ServeFlags& flags) {
+  add_settings(*app.add_subcommand("print-config",
+                                   "Print what serve with these flags would run with, and why"),
+               flags);
+}
+
+void add_check(CLI::App& app, std::string& file) {
+  CLI::App* check = app.add_subcommand("check", "Find what is wrong in a configuration file");
+  check->add_option("FILE", file, "Configuration (TOML)")->required();
+  check->footer(kExitCodes);
 }
 
 void add_simulate(CLI::App& app, SimulateOptions& options) {
@@ -113,17 +143,16 @@ int serve(const ServeFlags& flags) {
     print_limits();
     return kExitOk;
   }
-  Config config;
-  if (!flags.config.empty()) config = load_config(flags.config);
-  if (flags.scene) config.scene = *flags.scene;
-  if (flags.world) config.world = *flags.world;
-  if (flags.lcm_url) config.lcm_url = *flags.lcm_url;
-  if (flags.rate_hz) config.rate_hz = *flags.rate_hz;
-  if (flags.lockstep) config.lockstep = true;
-  if (const auto fault = find_fault(config)) {
-    throw OptionError(std::string(fault->key) + ": " + fault->reason);
-  }
-  return run_daemon(config);
+  return run_daemon(flags.sources());
+}
+
+/// Faults go to standard error, one a line.
+int check(const std::string& file) {
+  const std::vector<std::string> faults = find_faults(file);
+  for (const std::string& fault : faults) std::cerr << fault << '\n';
+  if (!faults.empty()) return kExitConfig;
+  std::cout << file << ": ok\n";
+  return kExitOk;
 }
 
 int fail(int code, std::string line) {
@@ -138,9 +167,12 @@ int run(int argc, char** argv) {
                        "cradled " CRADLE_VERSION ", protocol " + std::to_string(kProtocolVersion));
   app.require_subcommand(1);
   app.footer(kExitCodes);
-  ServeFlags serve_flags;
+  ServeFlags serve_flags, print_flags;
+  std::string checked;
   SimulateOptions simulate_options;
   add_serve(app, serve_flags);
+  add_print_config(app, print_flags);
+  add_check(app, checked);
   add_simulate(app, simulate_options);
   try {
     app.parse(argc, argv);
@@ -148,6 +180,11 @@ int run(int argc, char** argv) {
     return app.exit(request);  // prints the help or the version
   }
   if (app.got_subcommand("serve")) return serve(serve_flags);
+  if (app.got_subcommand("print-config")) {
+    print_config(std::cout, load_config(print_flags.sources()));
+    return kExitOk;
+  }
+  if (app.got_subcommand("check")) return check(checked);
   if (simulate_options.trace.empty() && simulate_options.summary.empty()) {
     simulate_options.summary = "-";
   }
@@ -169,7 +206,7 @@ int main(int argc, char** argv) {
   } catch (const SceneError& error) {
     return fail(kExitData, error.what());
   } catch (const ConfigError& error) {
-    return fail(kExitConfig, error.what());
+    return fail(error.exit_code, error.what());
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(kExitNoInput, error.path1().string() + ": " + error.code().message());
   } catch (const OutputError& error) {

@@ -1,40 +1,49 @@
-// `cradled serve` as a process: network, signals, log.
+#include "server/serve.h"
+
 #include <cradle/limits.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/epoll.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
+
+#include <cstring>
 
 #include "protocol/transport/lcm_transport.h"
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/service_manager.h"
 #include "server/world_lock.h"
 
 namespace cradle {
 namespace {
 
-/// SIGTERM and SIGINT as a descriptor; the threads started later inherit the block.
-class StopSignals {
+/// SIGTERM, SIGINT and SIGHUP as a descriptor; the threads started later inherit the block.
+class Signals {
  public:
-  StopSignals() {
+  Signals() {
     sigemptyset(&set_);
-    sigaddset(&set_, SIGTERM);
-    sigaddset(&set_, SIGINT);
+    for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set_, number);
     pthread_sigmask(SIG_BLOCK, &set_, &old_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
   }
-  ~StopSignals() {
-    signalfd_siginfo taken;  // what has come is answered; left pending, it would end us below
-    while (::read(descriptor_, &taken, sizeof taken) > 0) {
+  ~Signals() {
+    while (take() != 0) {  // what has come is answered; left pending, it would end us below
     }
     ::close(descriptor_);
     pthread_sigmask(SIG_SETMASK, &old_, nullptr);  // a second signal ends the process at once
   }
-  StopSignals(const StopSignals&) = delete;
-  StopSignals& operator=(const StopSignals&) = delete;
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
 
   int descriptor() const { return descriptor_; }
+
+  /// The number of one that has come, or 0.
+  int take() {
+    signalfd_siginfo taken{};
+    return ::read(descriptor_, &taken, sizeof taken) > 0 ? static_cast<int>(taken.ssi_signo) : 0;
+  }
 
  private:
   sigset_t set_{};
@@ -42,17 +51,121 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
+Permissions permissions(const Config& config) {
+  return {config.allow_control, config.allow_shutdown};
+}
+
+void set_log_level(const Config& config) {
+  spdlog::set_level(spdlog::level::from_str(config.log_level));
+}
+
+/// Ends the daemon on a signal, reloads its configuration on another, and keeps systemd informed.
+class Process final : public Supervisor {
+ public:
+  Process(Daemon& daemon, Signals& signals, const ConfigSources& sources, LoadedConfig& config)
+      : daemon_(daemon), signals_(signals), sources_(sources), config_(config) {
+    for (const int descriptor : {signals_.descriptor(), manager_.watchdog_descriptor()}) {
+      if (descriptor < 0) continue;
+      epoll_event wanted{};
+      wanted.events = EPOLLIN;
+      ::epoll_ctl(descriptor_, EPOLL_CTL_ADD, descriptor, &wanted);
+    }
+  }
+  ~Process() override { ::close(descriptor_); }
+
+  int descriptor() const override { return descriptor_; }
+
+  bool attend() override {
+    manager_.watched();
+    while (const int number = signals_.take()) {
+      if (number != SIGHUP) return false;
+      manager_.reloading();
+      reload();
+      is_ready_told_ = false;  // with the next status
+    }
+    return true;
+  }
+
+  void heartbeat(const WorldStatus& status) override {
+    manager_.status(status);
+    if (!is_ready_told_) is_ready_told_ = manager_.ready();  // or with the next one
+    const int error = manager_.error();
+    if (error != 0 && error != error_told_) {
+      spdlog::warn("the service manager cannot be told: {}", std::strerror(error));
+    }
+    error_told_ = error;
+  }
+
+  void stopping() { manager_.stopping(); }
+
+ private:
+  void reload();
+
+  Daemon& daemon_;
+  Signals& signals_;
+  const ConfigSources& sources_;
+  LoadedConfig& config_;  ///< that the daemon runs with
+  ServiceManager manager_;
+  int descriptor_ = ::epoll_create1(EPOLL_CLOEXEC);
+  bool is_ready_told_ = false;
+  int error_told_ = 0;  ///< why the manager could not be told
+};
+
+/// Takes over what may change in a running world, and names the rest. A configuration with a fault
+/// changes nothing.
+void Process::reload() {
+  LoadedConfig wanted;
+  try {
+    wanted = load_config(sources_);
+  } catch (const std::runtime_error& error) {  // the daemon goes on, whatever is in the files now
+    spdlog::error("nothing reloaded: {}", error.what());
+    return;
+  }
+  int changes = 0;
+  for (const Setting& setting : settings()) {
+    const std::string now = value_text(setting, config_.values);
+    const std::string then = value_text(setting, wanted.values);
+    if (now == then) continue;
+    const std::string origin = wanted.origins.at(setting.key).text();
+    if (setting.is_reloadable) {
+      std::visit([&](auto field) { config_.values.*field = wanted.values.*field; }, setting.field);
+      spdlog::info("{} = {}, was {} ({})", setting.key, then, now, origin);
+      ++changes;
+    } else {
+      spdlog::warn("{} = {} needs a restart, still {} ({})", setting.key, then, now, origin);
+    }
+  }
+  daemon_.set_permissions(permissions(config_.values));
+  set_log_level(config_.values);
+  spdlog::info("configuration reloaded, {} changes", changes);
+}
+
 std::unique_ptr<Transport> open(const LcmUrl& url, Lane lane) {
   OpenedTransport opened = open_lcm_transport(url, lane);
   if (!opened.transport) throw StartupError(kExitNoNetwork, opened.message);
   return std::move(opened.transport);
 }
 
-void set_up_log(const std::string& level) {
+void set_up_log(const Config& config) {
   auto logger = spdlog::stderr_color_mt("cradled");
   logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %v", spdlog::pattern_time_type::utc);
   spdlog::set_default_logger(logger);
-  spdlog::set_level(spdlog::level::from_str(level));
+  set_log_level(config);
+}
+
+Daemon::Options daemon_options(const Config& config, const LcmUrl& url) {
+  Daemon::Options options;
+  options.world = config.world;
+  options.lockstep = config.lockstep;
+  options.permissions = permissions(config);
+  options.datagram_bytes = config.datagram_bytes;
+  if (options.datagram_bytes == 0) {
+    options.datagram_bytes =
+        url.ttl == 0 ? limits::kLoopbackDatagramBytes : limits::kNetworkDatagramBytes;
+  }
+  options.state_port = url.state_lane().port;
+  options.threads = config.threads;
+  return options;
 }
 
 [[noreturn]] void refuse_taken(const std::string& world, const LcmUrl& url, const char* where) {
@@ -62,47 +175,35 @@ void set_up_log(const std::string& level) {
 
 }  // namespace
 
-int run_daemon(const Config& config) {
-  set_up_log(config.log_level);
-  const auto url = parse_lcm_url(config.lcm_url);
-  if (!url) throw StartupError(kExitUsage, "not an LCM URL like " + LcmUrl().text());
+int run_daemon(const ConfigSources& sources) {
+  LoadedConfig loaded = load_config(sources);
+  const Config& config = loaded.values;
+  set_up_log(config);
+  const LcmUrl url = *parse_lcm_url(config.lcm_url);
+  const Daemon::Options options = daemon_options(config, url);
+  Scene scene = first_scene(config);
 
-  Scene scene = config.scene.empty() ? Scene{} : load_scene(config.scene);
-  if (config.rate_hz > 0) scene.settings.rate_hz = config.rate_hz;
-  scene.settings.bodies_max = config.bodies_max;
-  scene.settings.wrenches_max = config.wrenches_max;
-
-  Daemon::Options options;
-  options.world = config.world;
-  options.lockstep = config.lockstep;
-  options.permissions = {config.allow_control, config.allow_shutdown};
-  options.datagram_bytes = config.datagram_bytes;
-  if (options.datagram_bytes == 0) {
-    options.datagram_bytes =
-        url->ttl == 0 ? limits::kLoopbackDatagramBytes : limits::kNetworkDatagramBytes;
-  }
-  options.state_port = url->state_lane().port;
-  options.threads = config.threads;
-
-  const StopSignals stop;
-  const WorldLock lock(options.world, url->port);
-  if (!lock.is_held()) refuse_taken(options.world, *url, "on this host");
-  auto control = open(*url, Lane::send_and_receive);
-  auto states = open(url->state_lane(), Lane::send_only);
+  Signals signals;
+  const WorldLock lock(options.world, url.port);
+  if (!lock.is_held()) refuse_taken(options.world, url, "on this host");
+  auto control = open(url, Lane::send_and_receive);
+  auto states = open(url.state_lane(), Lane::send_only);
   Daemon daemon(options, std::move(scene), std::move(control), std::move(states));
-  const auto presence = daemon.look_around(url->ttl > 0);
-  if (presence.has_rival) refuse_taken(options.world, *url, "on this network");
+  const auto presence = daemon.look_around(url.ttl > 0);
+  if (presence.has_rival) refuse_taken(options.world, url, "on this network");
   if (!presence.hears_itself) {
     throw StartupError(kExitNoNetwork,
-                       "own multicast does not come back on " + url->text() +
+                       "own multicast does not come back on " + url.text() +
                            "; for this host alone type: ip route add 224.0.0.0/4 dev lo");
   }
-  spdlog::info("world \"{}\" on {}: {} bodies at {} Hz{}, epoch {}", options.world, url->text(),
+  spdlog::info("world \"{}\" on {}: {} bodies at {} Hz{}, epoch {}", options.world, url.text(),
                daemon.world().body_count(), daemon.world().settings().rate_hz,
                options.lockstep ? " in lockstep" : "", daemon.epoch());
-  daemon.run(stop.descriptor());
+  Process process(daemon, signals, sources, loaded);
+  daemon.run(process);
+  process.stopping();
   spdlog::info("world \"{}\" ended at tick {}", options.world, daemon.world().tick());
-  return 0;
+  return kExitOk;
 }
 
 }  // namespace cradle

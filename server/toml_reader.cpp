@@ -35,7 +35,12 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// What the writer of an unknown key may have meant: the key without its unit, or a slip.
+std::string unknown(std::string_view key, TomlKeys keys) {
+  return "unknown key '" + std::string(key) + "'; " + advice(key, keys);
+}
+
+}  // namespace
+
 std::string advice(std::string_view key, TomlKeys keys) {
   std::string_view nearest;
   std::size_t least = 1 + std::max<std::size_t>(2, key.size() / 3);
@@ -51,7 +56,20 @@ std::string advice(std::string_view key, TomlKeys keys) {
   return nearest.empty() ? "known here: " + all : "did you mean '" + std::string(nearest) + "'?";
 }
 
-}  // namespace
+std::multimap<int, std::string> take_unknown_keys(TomlFile& file, TomlKeys keys) {
+  std::multimap<int, std::string> taken;
+  for (auto entry = file.root.begin(); entry != file.root.end();) {
+    const toml::key& key = entry->first;
+    if (std::find(keys.begin(), keys.end(), key.str()) != keys.end()) {
+      ++entry;
+      continue;
+    }
+    taken.emplace(static_cast<int>(key.source().begin.line),
+                  located(file, key.source(), unknown(key.str(), keys)));
+    entry = file.root.erase(entry);
+  }
+  return taken;
+}
 
 TomlFile::TomlFile(std::string_view text, std::string file_name, Refuse refuse_file)
     : name(std::move(file_name)), refuse(refuse_file) {
@@ -77,14 +95,17 @@ std::string read_file(const std::string& path) {
 
 TomlTable::TomlTable(const TomlFile& file, const toml::table& table, TomlKeys keys)
     : file_(&file), table_(&table), keys_(keys) {
-  const toml::key* unknown = nullptr;
+  const toml::key* first = nullptr;
   for (const auto& [key, value] : table) {
     if (std::find(keys.begin(), keys.end(), key.str()) != keys.end()) continue;
-    if (!unknown || key.source().begin < unknown->source().begin) unknown = &key;
+    if (!first || key.source().begin < first->source().begin) first = &key;
   }
-  if (!unknown) return;
-  refuse_at(unknown->source(),
-            "unknown key '" + std::string(unknown->str()) + "'; " + advice(unknown->str(), keys));
+  if (!first) return;
+  refuse_at(first->source(), unknown(first->str(), keys));
+}
+
+int TomlTable::line(std::string_view key) const {
+  return static_cast<int>(node(key)->source().begin.line);
 }
 
 bool TomlTable::read(std::string_view key, bool& target) const {

@@ -8,6 +8,7 @@
 #include <toml++/toml.h>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,6 +42,14 @@ struct TomlFile {
   toml::table root;
 };
 
+/// What the writer of an unknown key may have meant, as the end of a sentence: the key without its
+/// unit, or a slip, or all that there are.
+std::string advice(std::string_view key, TomlKeys keys);
+
+/// Removes the keys of the file's root that are not among `keys`: "FILE:LINE: reason" for each, by
+/// line. For readers that want every fault; a TomlTable refuses the first.
+std::multimap<int, std::string> take_unknown_keys(TomlFile& file, TomlKeys keys);
+
 /// The whole of a file. Throws std::filesystem::filesystem_error if it cannot be read.
 std::string read_file(const std::string& path);
 
@@ -51,6 +60,8 @@ class TomlTable {
   TomlTable(const TomlFile& file, TomlKeys keys) : TomlTable(file, file.root, keys) {}
 
   bool has(std::string_view key) const { return node(key) != nullptr; }
+  /// Of a key that is there.
+  int line(std::string_view key) const;
 
   // Each reads the value of a key into `target` and is true, or leaves it alone and is false where
   // the key is absent. Refuses a wrong type. Numbers may be written as integers.

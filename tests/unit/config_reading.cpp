@@ -1,44 +1,19 @@
 // What configuration files say, and how wrong ones are refused. Keys: tests/scenes/README.md.
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 
-#include "server/config.h"
+#include "tests/unit/config_helpers.h"
 
 namespace cradle {
 namespace {
 
-/// A configuration file in a folder of its own, for as long as the object lives.
-class ConfigFile {
- public:
-  explicit ConfigFile(const std::string& text) {
-    std::string folder = (std::filesystem::temp_directory_path() / "cradle-XXXXXX").string();
-    REQUIRE(::mkdtemp(folder.data()));
-    folder_ = folder;
-    std::ofstream(path()) << text;
-  }
-  ~ConfigFile() { std::filesystem::remove_all(folder_); }
-  ConfigFile(const ConfigFile&) = delete;
-  ConfigFile& operator=(const ConfigFile&) = delete;
-
-  std::filesystem::path folder() const { return folder_; }
-  std::string path() const { return (folder_ / "cradled.toml").string(); }
-
- private:
-  std::filesystem::path folder_;
-};
-
-/// Why a file of this text is refused, without its folder; empty if it is not.
+/// All that is wrong with a file of this text, without its folder; empty if nothing is.
 std::string refusal(const std::string& text) {
   const ConfigFile file(text);
-  try {
-    load_config(file.path());
-  } catch (const ConfigError& error) {
-    return std::string(error.what()).substr(file.folder().string().size() + 1);
+  std::string all;
+  for (const std::string& fault : find_faults(file.path())) {
+    all += fault.substr(file.folder().string().size() + 1) + '\n';
   }
-  return {};
+  return all;
 }
 
 }  // namespace
@@ -58,7 +33,8 @@ bodies_max = 7
 wrenches_max = 8
 log_level = "debug"
 )");
-  const Config config = load_config(file.path());
+  const LoadedConfig loaded = load_config({file.path(), {}, {}});
+  const Config& config = loaded.values;
   CHECK(config.world == "arena-2");
   CHECK(config.lcm_url == "udpm://239.1.2.3:8000?ttl=1");
   CHECK(config.rate_hz == 120);
@@ -71,11 +47,21 @@ log_level = "debug"
   CHECK(config.bodies_max == 7);
   CHECK(config.wrenches_max == 8);
   CHECK(config.log_level == "debug");
+  // Nothing was forgotten above: each value is another than the default, and is the file's.
+  int line = 1;
+  for (const Setting& setting : settings()) {
+    CAPTURE(setting.key);
+    CHECK(value_text(setting, config) != value_text(setting, Config()));
+    CHECK(loaded.origins.at(setting.key).text() == file.path() + ":" + std::to_string(++line));
+  }
 }
 
 TEST_CASE("a scene's absolute path stays, and no scene stays none") {
-  CHECK(load_config(ConfigFile("scene = '/some/where.toml'").path()).scene == "/some/where.toml");
-  CHECK(load_config(ConfigFile("").path()).scene.empty());
+  const auto scene_of_file = [](const std::string& text) {
+    return load_config({ConfigFile(text).path(), {}, {}}).values.scene;
+  };
+  CHECK(scene_of_file("scene = '/some/where.toml'") == "/some/where.toml");
+  CHECK(scene_of_file("").empty());
 }
 
 TEST_CASE("a wrong configuration is refused with file, line and reason") {
@@ -106,7 +92,53 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
   for (const Case& c : cases) {
     CAPTURE(c.text);
     CHECK_THAT(refusal(c.text), Catch::Matchers::StartsWith(c.refusal));
+    CHECK_THROWS_AS(load_config({ConfigFile(c.text).path(), {}, {}}), ConfigError);
   }
+}
+
+TEST_CASE("all faults of a configuration are found, in the order of its lines") {
+  const std::string text =
+      "threads = 0\nwrold = 'w'\n\nlockstep = 1\nrate_hz = 60\nscene = 'none.toml'\nbodies = 3\n";
+  const std::string all = refusal(text);
+  CAPTURE(all);
+  std::istringstream lines(all);
+  for (const char* begin :
+       {"cradled.toml:1: threads: must be", "cradled.toml:2: unknown key 'wrold'",
+        "cradled.toml:4: lockstep: must be true or false", "cradled.toml:6: scene: ",
+        "cradled.toml:7: unknown key 'bodies'; did you mean 'bodies_max'?"}) {
+    std::string line;
+    std::getline(lines, line);
+    CHECK_THAT(line, Catch::Matchers::StartsWith(begin));
+  }
+  CHECK(lines.peek() == EOF);
+  // A start needs only the first, and says where the others are.
+  CHECK_THROWS_WITH(load_config({ConfigFile(text).path(), {}, {}}),
+                    Catch::Matchers::Contains(":1: threads") &&
+                        Catch::Matchers::EndsWith("(cradled check tells all 4)"));
+}
+
+TEST_CASE("what is no TOML is one fault, at its line") {
+  const std::string all = refusal("threads = 0\nworld = 'a\n");
+  CHECK_THAT(all, Catch::Matchers::StartsWith("cradled.toml:2: "));
+  CHECK(std::count(all.begin(), all.end(), '\n') == 1);
+}
+
+TEST_CASE("a wrong scene is a wrong value, with its own place") {
+  const ConfigFile file("world = 'a'\nscene = 'scene.toml'\n");
+  const std::string scene = (file.folder() / "scene.toml").string();
+  const auto only_fault = [&] {
+    const auto faults = find_faults(file.path());
+    REQUIRE(faults.size() == 1);
+    return faults[0];
+  };
+  CHECK(only_fault() == file.path() + ":2: scene: " + scene + ": No such file or directory");
+  std::ofstream(scene) << "[world]\nrate = 1\n";
+  CHECK_THAT(only_fault(), Catch::Matchers::StartsWith(file.path() + ":2: scene: " + scene +
+                                                       ":2: unknown key 'rate'"));
+  std::ofstream(scene) << "[[body]]\nmass_kg = 1\n";
+  CHECK(find_faults(file.path()).empty());
+  std::ofstream(file.path()) << "bodies_max = 0\nscene = 'scene.toml'\n";
+  CHECK_THAT(only_fault(), Catch::Matchers::StartsWith(file.path() + ":2: scene: "));
 }
 
 TEST_CASE("values at the limits of a configuration are accepted") {
@@ -118,7 +150,8 @@ TEST_CASE("values at the limits of a configuration are accepted") {
 }
 
 TEST_CASE("a configuration file that is not there is reported as such") {
-  CHECK_THROWS_AS(load_config("no-such-config.toml"), std::filesystem::filesystem_error);
+  CHECK_THROWS_AS(load_config({"no-such-config.toml", {}, {}}), std::filesystem::filesystem_error);
+  CHECK_THROWS_AS(find_faults("no-such-config.toml"), std::filesystem::filesystem_error);
 }
 
 }  // namespace cradle

@@ -8,13 +8,14 @@
 #include <map>
 #include <set>
 
+#include "server/config_layers.h"
 #include "tests/unit/scene_helpers.h"
 
 namespace cradle {
 namespace {
 
 struct Key {
-  std::string name, type, fallback;  // as the document has them; fallback without its backticks
+  std::string name, type, fallback, meaning;  // as the document has them; fallback: no backticks
 };
 /// By the heading above the table.
 using Document = std::map<std::string, std::vector<Key>>;
@@ -47,8 +48,8 @@ Document read_document() {
     CHECK(!cells[4].empty());  // the meaning
     // Only what stands in backticks is a value; other words explain why there is none.
     const bool is_value = cells[3].starts_with("`");
-    document[heading].push_back(
-        {without_backticks(cells[0]), cells[1], is_value ? without_backticks(cells[3]) : ""});
+    document[heading].push_back({without_backticks(cells[0]), cells[1],
+                                 is_value ? without_backticks(cells[3]) : "", cells[4]});
   }
   return document;
 }
@@ -66,11 +67,8 @@ std::string refusal_of_config(const std::string& text) {
                     ("cradle-document-" + std::to_string(::getpid()) + ".toml");
   std::ofstream(path) << text;
   std::string refusal;
-  try {
-    load_config(path.string());
-  } catch (const ConfigError& error) {
-    refusal = error.what();
-    refusal.replace(0, path.string().size(), "x.toml");
+  for (std::string fault : find_faults(path.string())) {
+    refusal += fault.replace(0, path.string().size(), "x.toml");
   }
   std::filesystem::remove(path);
   return refusal;
@@ -173,22 +171,22 @@ TEST_CASE("every default of the document is what a scene without the key gets") 
   CHECK(defaults > 20);  // or the table was not understood
 }
 
+TEST_CASE("the document marks what a reload takes over") {
+  const Document document = read_document();
+  for (const Setting& setting : settings()) {
+    for (const Key& key : document.at("Configuration")) {
+      if (key.name != setting.key) continue;
+      CAPTURE(key.name);
+      CHECK(key.meaning.ends_with("; *live*") == setting.is_reloadable);
+    }
+  }
+}
+
 TEST_CASE("every default of the document is what a configuration without the key gets") {
-  const Config config;
-  const std::map<std::string, std::string> expected = {
-      {"world", '"' + config.world + '"'},
-      {"lcm_url", '"' + config.lcm_url + '"'},
-      {"rate_hz", std::to_string(static_cast<int>(config.rate_hz))},
-      {"scene", '"' + config.scene + '"'},
-      {"lockstep", config.lockstep ? "true" : "false"},
-      {"allow_control", config.allow_control ? "true" : "false"},
-      {"allow_shutdown", config.allow_shutdown ? "true" : "false"},
-      {"datagram_bytes", std::to_string(config.datagram_bytes)},
-      {"threads", std::to_string(config.threads)},
-      {"bodies_max", std::to_string(config.bodies_max)},
-      {"wrenches_max", std::to_string(config.wrenches_max)},
-      {"log_level", '"' + config.log_level + '"'},
-  };
+  std::map<std::string, std::string> expected;
+  for (const Setting& setting : settings()) {
+    expected[std::string(setting.key)] = value_text(setting, Config());
+  }
   const Document document = read_document();
   for (const Key& key : document.at("Configuration")) {
     CAPTURE(key.name);

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "server/config.h"
 #include "server/scene.h"
 
 namespace cradle {

@@ -102,7 +102,7 @@ local function command(kind, message)
   sequence = sequence + 1
   local header = wire('command_header'):new()
   header.client, header.sequence = client, sequence
-  header.epoch = kind == 'HELLO' and 0 or status.epoch
+  header.epoch = status.epoch
   message.header = header
   local bytes = message:encode()
   local begin, sent = os.time(), nil

@@ -49,6 +49,8 @@ class ClientCore {
   };
 
   /// `world` must satisfy is_world_name(), `name` is_name(); `number` as in ClientOptions.
+  /// Without `open_states` the world is a recording: everything comes over `control`, nothing is
+  /// sent, and commands are refused.
   ClientCore(const std::string& world, std::string name, std::unique_ptr<Transport> control,
              OpenStates open_states, std::int64_t number = 0);
 
@@ -66,6 +68,7 @@ class ClientCore {
   std::int64_t epoch() const { return epoch_; }
   Tick tick() const { return std::max(mirror_.tick(), status_.tick); }
   bool is_alive() const;
+  bool is_recording() const { return !open_states_; }
   Time polled_at() const { return now_; }
   bool is_in_callback() const { return is_in_callback_; }
   ClientStatistics statistics() const;
@@ -106,9 +109,13 @@ class ClientCore {
   void take(const WorldStatus& status);
   void take(const Receipts& receipts);
   void take(const Receipt& receipt);
+  bool is_new_run(std::int64_t epoch) const;
   void take(const Events& batch);
+  void take_states(ByteView payload);
   bool is_past(std::int64_t epoch) const;
+  void meet(std::int64_t epoch);
   void enter(std::int64_t epoch);
+  void ask_whether_gone();
   void leave();
   void open_states_at(int port);
   void note_other_world(std::string_view channel);
@@ -116,6 +123,7 @@ class ClientCore {
   Outcome check(const CommandBody& body, Tick target_tick) const;
   void say_hello();
   void keep_alive();
+  void repeat_hello();
   void enqueue(std::int64_t ticket, CommandBody body, Tick target_tick);
   void transmit();
   void resolve(Ticket ticket, const Answer& answer);
@@ -146,6 +154,7 @@ class ClientCore {
   std::unordered_map<std::int64_t, Answer> answers_;  ///< by ticket
   std::deque<std::int64_t> answered_;                 ///< tickets, oldest first
   Time sent_at_{};                                    ///< the last time we sent anything
+  Time asked_at_{};                                   ///< and asked whether our epoch is over
 
   WorldMirror mirror_;
   WorldStatus status_;

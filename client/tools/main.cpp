@@ -47,7 +47,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.fallthrough();  // the options above are welcome after the subcommand too
   app.footer(
       "A body is an id or a name.\n"
-      "Exit codes: 0 done; 1 refused; 2 wrong usage; 69 no network, no such world or no answer.");
+      "Exit codes: 0 done; 1 refused; 2 wrong usage; 69 no network, no such world or recording, or "
+      "no answer.");
 }
 
 void add_status(CLI::App& app, Action& action) {

@@ -13,7 +13,7 @@ namespace {
 using std::chrono::microseconds;
 
 constexpr std::string_view kScheme = "file://";
-constexpr double kSpeedMax = 1000;
+constexpr double kSpeedMin = 1e-3, kSpeedMax = 1e3;
 constexpr std::size_t kOtherWorldsKept = 8;
 
 /// Turns %XX into bytes; nothing if a % is followed by something else, or nothing is left.
@@ -57,8 +57,8 @@ bool set_option(RecordingUrl& url, std::string_view option) {
     option.remove_prefix(kSpeed.size());
     const auto [end, error] =
         std::from_chars(option.data(), option.data() + option.size(), url.speed);
-    return error == std::errc{} && end == option.data() + option.size() && url.speed >= 0 &&
-           url.speed <= kSpeedMax;
+    return error == std::errc{} && end == option.data() + option.size() &&
+           (url.speed == 0 || url.speed >= kSpeedMin) && url.speed <= kSpeedMax;
   }
   if (!option.starts_with(kStates)) return false;
   const auto path = path_of(option.substr(kStates.size()));

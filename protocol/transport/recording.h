@@ -19,8 +19,8 @@ struct RecordingUrl {
   std::string text() const;
 };
 
-/// Nothing if `text` is not file:// with a path, and at most a speed of 0 .. 1000 and one more
-/// path.
+/// Nothing if `text` is not file:// with a path, and at most one more path and a speed of 0 or
+/// 0.001 .. 1000.
 std::optional<RecordingUrl> parse_recording_url(std::string_view text);
 bool is_recording_url(std::string_view text);  ///< begins with file://
 

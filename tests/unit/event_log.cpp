@@ -85,6 +85,15 @@ TEST_CASE("claims of any length cost nothing, and what follows them is read") {
   }
 }
 
+TEST_CASE("an event larger than any datagram is passed over") {
+  Log log;
+  log.add(1, "A", Bytes(65536)).add(2, "B", Bytes(65537)).add(3, "C", Bytes{3});
+  const Read read = read_all(log.bytes);
+  REQUIRE(read.messages.size() == 2);
+  CHECK(read.messages[1].channel == "C");
+  CHECK(read.damages == 1);
+}
+
 TEST_CASE("garbage between events costs at most the event before it") {
   for (const std::string& garbage : {std::string("x"), std::string(300'000, '\xed'),
                                      std::string("\xed\xa1\xda", 3), std::string(100, '\0')}) {

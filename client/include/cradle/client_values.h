@@ -27,7 +27,7 @@ struct ClientOptions {
   static ClientOptions from_environment(std::string name);
 };
 
-/// The URL of a recording in one file or two, each a path, at a speed of 0 .. 1000: see
+/// The URL of a recording in one file or two, each a path, at a speed of 0 or 0.001 .. 1000: see
 /// Client::is_recording().
 std::string recording_url(const std::string& path, const std::string& states_path = "",
                           double speed = 1);

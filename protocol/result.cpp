@@ -66,6 +66,10 @@ std::string_view to_string(Result result) {
       return "bad_url";
     case Result::over_window:
       return "over_window";
+    case Result::recording:
+      return "recording";
+    case Result::bad_recording:
+      return "bad_recording";
     case Result::contested:
       return "contested";
   }

@@ -44,7 +44,8 @@ void CommandDesk::admit(Inbox::Contents&& contents, Tick coming_tick, std::int64
 void CommandDesk::admit_one(Command&& command, Tick coming_tick, std::int64_t now_us) {
   const CommandHeader header = command.header;
   const bool is_hello = std::holds_alternative<Hello>(command.body);
-  if (!is_hello && header.epoch != epoch_) return refuse(header, Result::wrong_epoch);
+  const bool is_welcome_anywhere = is_hello && header.epoch == 0;
+  if (header.epoch != epoch_ && !is_welcome_anywhere) return refuse(header, Result::wrong_epoch);
   auto found = sessions_.find(header.client);
   if (found == sessions_.end()) {
     return is_hello ? greet(std::move(command), now_us) : refuse(header, Result::unknown_client);

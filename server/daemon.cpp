@@ -335,9 +335,10 @@ void Daemon::note_rivals() {
   const bool is_contested =
       rival_heard_us_ != 0 && now_us() - rival_heard_us_ < 3 * kStatusPeriod_us;
   if (is_contested && !is_contested_) {
-    spdlog::error("another daemon serves world \"{}\" on this network", options_.world);
+    spdlog::error("heartbeats of another daemon of world \"{}\", or of a recording",
+                  options_.world);
   } else if (!is_contested && is_contested_) {
-    spdlog::info("the other daemon of world \"{}\" is silent", options_.world);
+    spdlog::info("the other heartbeats of world \"{}\" have ended", options_.world);
   }
   is_contested_ = is_contested;
 }

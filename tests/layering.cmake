@@ -33,7 +33,7 @@ server/(collision|dynamics|world)/.*|Eigen/.*")
 check(server/* "${any_standard}|${vocabulary}|protocol/.*|server/.*|\
 Eigen/.*|fcl/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
 check(client/include/* "${pure}|chrono|${vocabulary}|cradle/client[a-z_]*\\.h")
-check(client/src/* "${pure}|unordered_map|chrono|random|poll\\.h|thread|cradle/.*|client/src/.*|protocol/.*")
+check(client/src/* "${pure}|unordered_map|chrono|random|poll\\.h|system_error|thread|cradle/.*|client/src/.*|protocol/.*")
 check(client/examples/* "${any_standard}|cradle/.*")
 check(client/tools/* "${any_standard}|langinfo\\.h|cradle/.*|[a-z_]+\\.h|CLI/.*")
 

@@ -34,14 +34,27 @@ std::vector<T> list(std::span<const T> items) {
 
 }  // namespace
 
+Ticket Client::Impl::submit(CommandBody body, Tick target_tick) {
+  return core.submit(std::move(body), target_tick, recording ? recording->time() : Clock::now());
+}
+
+int Client::Impl::poll_once() {
+  return core.poll(recording ? recording->play(Clock::now()) : Clock::now());
+}
+
 int Client::Impl::poll(milliseconds wait) {
   const auto deadline = Clock::now() + wait;
-  int messages = core.poll(Clock::now());
+  int messages = poll_once();
   while (messages == 0 && !core.is_in_callback()) {
     const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
     if (left <= milliseconds(0)) break;
-    wait_for_input(core, std::min(left, kLongestSleep));
-    messages = core.poll(Clock::now());
+    if (recording) {
+      std::this_thread::sleep_for(
+          std::min<std::chrono::microseconds>(left, recording->until_next(Clock::now())));
+    } else {
+      wait_for_input(core, std::min(left, kLongestSleep));
+    }
+    messages = poll_once();
   }
   return messages;
 }
@@ -51,43 +64,41 @@ Client::~Client() = default;
 
 Ticket Client::spawn(const BodySpec& spec, When when) { return spawn(std::span(&spec, 1), when); }
 Ticket Client::spawn(std::span<const BodySpec> specs, When when) {
-  return impl_->core.submit(Spawn{list(specs)}, when.tick, Clock::now());
+  return impl_->submit(Spawn{list(specs)}, when.tick);
 }
 Ticket Client::despawn(BodyId body, When when) { return despawn(std::span(&body, 1), when); }
 Ticket Client::despawn(std::span<const BodyId> bodies, When when) {
-  return impl_->core.submit(Despawn{list(bodies)}, when.tick, Clock::now());
+  return impl_->submit(Despawn{list(bodies)}, when.tick);
 }
 Ticket Client::push(const Wrench& wrench, When when) { return push(std::span(&wrench, 1), when); }
 Ticket Client::push(std::span<const Wrench> wrenches, When when) {
-  return impl_->core.submit(Push{list(wrenches)}, when.tick, Clock::now());
+  return impl_->submit(Push{list(wrenches)}, when.tick);
 }
 Ticket Client::clear_wrenches(BodyId body, When when) {
   return clear_wrenches(std::span(&body, 1), when);
 }
 Ticket Client::clear_wrenches(std::span<const BodyId> bodies, When when) {
-  return impl_->core.submit(ClearWrenches{list(bodies)}, when.tick, Clock::now());
+  return impl_->submit(ClearWrenches{list(bodies)}, when.tick);
 }
 Ticket Client::set_motion(const Motion& motion, When when) {
   return set_motion(std::span(&motion, 1), when);
 }
 Ticket Client::set_motion(std::span<const Motion> motions, When when) {
-  return impl_->core.submit(SetMotion{list(motions)}, when.tick, Clock::now());
+  return impl_->submit(SetMotion{list(motions)}, when.tick);
 }
 Ticket Client::set_gravity(const Vec3& gravity_W, When when) {
-  return impl_->core.submit(SetGravity{gravity_W}, when.tick, Clock::now());
+  return impl_->submit(SetGravity{gravity_W}, when.tick);
 }
 Ticket Client::pause(When when) {
-  return impl_->core.submit(Control{ControlAction::pause, 0}, when.tick, Clock::now());
+  return impl_->submit(Control{ControlAction::pause, 0}, when.tick);
 }
 Ticket Client::resume(When when) {
-  return impl_->core.submit(Control{ControlAction::resume, 0}, when.tick, Clock::now());
+  return impl_->submit(Control{ControlAction::resume, 0}, when.tick);
 }
 Ticket Client::step(std::int64_t ticks, When when) {
-  return impl_->core.submit(Control{ControlAction::step, ticks}, when.tick, Clock::now());
+  return impl_->submit(Control{ControlAction::step, ticks}, when.tick);
 }
-Ticket Client::shutdown() {
-  return impl_->core.submit(Control{ControlAction::shutdown, 0}, 0, Clock::now());
-}
+Ticket Client::shutdown() { return impl_->submit(Control{ControlAction::shutdown, 0}, 0); }
 BatchLimits Client::batch_limits() const { return impl_->core.batch_limits(); }
 
 std::optional<Answer> Client::answer(Ticket ticket) const { return impl_->core.answer(ticket); }
@@ -133,8 +144,10 @@ double Client::wall_age_s(const BodyView& view) const {
 
 const WorldStatus& Client::status() const { return impl_->core.status(); }
 std::int64_t Client::epoch() const { return impl_->core.epoch(); }
-bool Client::is_alive() const { return impl_->core.is_alive(); }
+bool Client::is_alive() const { return impl_->core.is_alive() && !has_ended(); }
 bool Client::is_contested() const { return impl_->core.is_contested(); }
+bool Client::is_recording() const { return impl_->recording != nullptr; }
+bool Client::has_ended() const { return is_recording() && impl_->recording->has_ended(); }
 
 void Client::on_event(std::function<void(const Event&)> callback) {
   impl_->core.callbacks.on_event = std::move(callback);

@@ -15,8 +15,7 @@ using namespace std::chrono_literals;
 
 constexpr ClientCore::Duration kKeepAlive = 2s;  // the server forgets a client after 10 s
 constexpr ClientCore::Duration kPerhapsForgotten = 5s;
-// A server that lives is heard again after that; stragglers are not.
-constexpr ClientCore::Duration kHeartbeatPeriod = 500ms;
+constexpr ClientCore::Duration kAskPause = 250ms;
 constexpr std::size_t kAnswersKept = 4096;
 constexpr std::size_t kPastEpochsKept = 8;
 constexpr std::size_t kOtherWorldsKept = 8;
@@ -60,6 +59,7 @@ Ticket ClientCore::submit(CommandBody body, Tick target_tick, Time now) {
 
 Outcome ClientCore::check(const CommandBody& body, Tick target_tick) const {
   const auto refused = [](Result result) { return Outcome{result, {}, 0}; };
+  if (is_recording()) return refused(Result::recording);
   if (epoch_ == 0) return refused(Result::no_world);
   if (welcome_ == Welcome::unseen) return refused(Result::bad_version);
   if (is_contested()) return refused(Result::contested);
@@ -79,9 +79,8 @@ void ClientCore::say_hello() {
 void ClientCore::enqueue(std::int64_t ticket, CommandBody body, Tick target_tick) {
   const MessageKind kind = kind_of(body);
   const std::int64_t sequence = window_.next_sequence();
-  const std::int64_t epoch = kind == MessageKind::hello ? 0 : epoch_;
   sent_[sequence] = {ticket, false};
-  window_.add(kind, encode({{client_, sequence, epoch, target_tick}, std::move(body)}), now_);
+  window_.add(kind, encode({{client_, sequence, epoch_, target_tick}, std::move(body)}), now_);
   ++counted_.commands_sent;
 }
 
@@ -93,14 +92,26 @@ void ClientCore::transmit() {
   });
 }
 
+void ClientCore::keep_alive() {
+  if (welcome_ == Welcome::given && now_ - sent_at_ >= kKeepAlive) repeat_hello();
+}
+
 /// Says hello once more under the last number used: to a server that knows us a repetition, to one
 /// that has forgotten us a beginning from which our next number follows.
-void ClientCore::keep_alive() {
-  if (welcome_ != Welcome::given || now_ - sent_at_ < kKeepAlive) return;
-  const CommandHeader header{client_, window_.next_sequence() - 1, 0, 0};
+void ClientCore::repeat_hello() {
+  const CommandHeader header{client_, window_.next_sequence() - 1, epoch_, 0};
   control_->send(channels_.name(MessageKind::hello),
                  encode({header, Hello{kProtocolVersion, name_}}));
   sent_at_ = now_;
+}
+
+/// Another epoch is heard. It may be the server's next run, which answers that ours is over, or a
+/// recording played back, or a second server, which do not.
+void ClientCore::ask_whether_gone() {
+  ++counted_.strangers;
+  if (welcome_ != Welcome::given || now_ - asked_at_ < kAskPause) return;
+  asked_at_ = now_;
+  repeat_hello();
 }
 
 // --- receiving --------------------------------------------------------------------------------
@@ -135,19 +146,28 @@ void ClientCore::receive_control(std::string_view channel, ByteView payload) {
     take_if_whole(decode_receipts(payload));
   } else if (kind == MessageKind::events) {
     take_if_whole(decode_events(payload));
+  } else if (kind == MessageKind::states && is_recording()) {
+    take_states(payload);
   } else if (!kind) {
     note_other_world(channel);
   }
 }
 
 void ClientCore::receive_states(std::string_view channel, ByteView payload) {
-  if (channels_.kind(channel) != MessageKind::states) return;
+  if (channels_.kind(channel) == MessageKind::states) take_states(payload);
+}
+
+void ClientCore::take_states(ByteView payload) {
   const auto chunk = decode_states(payload);
-  if (chunk && chunk->epoch != epoch_) return;
+  if (chunk && chunk->epoch != epoch_) {
+    if (!is_recording() || is_past(chunk->epoch)) return;
+    meet(chunk->epoch);  // the recording of a state port alone tells no other way
+  }
   if (!chunk || !mirror_.take(*chunk, now_)) {
     ++counted_.datagrams_rejected;
     return;
   }
+  if (is_recording()) heartbeat_at_ = now_;
   ++messages_;
 }
 
@@ -163,34 +183,42 @@ void ClientCore::note_other_world(std::string_view channel) {
 }
 
 void ClientCore::take(const WorldStatus& status) {
-  if (is_past(status.epoch)) return note_rival();
+  const bool is_stranger = status.epoch != epoch_ && is_alive();
+  if (is_stranger && !is_recording()) return ask_whether_gone();
+  if (is_stranger && is_past(status.epoch)) return;
   ++messages_;
   status_ = status;
   heartbeat_at_ = now_;
-  open_states_at(status.state_port);  // before hello, so that nothing that follows it is missed
+  if (!is_recording()) open_states_at(status.state_port);  // before hello, to miss nothing
   if (status.epoch != epoch_) enter(status.epoch);
 }
 
-/// Stragglers, or a second server of the same name: not listened to while the present one lives.
+/// Stragglers: not listened to while the present epoch lives.
 bool ClientCore::is_past(std::int64_t epoch) const {
   return is_alive() &&
          std::find(past_epochs_.begin(), past_epochs_.end(), epoch) != past_epochs_.end();
 }
 
+/// A server of an epoch that we have left for the present one answers: both live.
 void ClientCore::note_rival() {
-  if (now_ - entered_at_ < kHeartbeatPeriod / 2) return;  // perhaps its last words, overtaken
   has_rival_ = true;
   rival_heard_at_ = now_;
-  ++counted_.rival_heartbeats;
+}
+
+/// Enters an epoch that something else than its heartbeat told.
+void ClientCore::meet(std::int64_t epoch) {
+  status_.tick = 0;
+  status_.tick_time_us = 0;
+  enter(epoch);
 }
 
 void ClientCore::enter(std::int64_t epoch) {
-  entered_at_ = now_;
   if (epoch_ != 0) {
     leave();
     if (callbacks.on_restart) notices_.push_back(Restarted{epoch});
   }
   epoch_ = epoch;
+  if (is_recording()) return;
   client_ = fixed_number_ != 0 ? fixed_number_ : random_client_number();
   welcome_ = Welcome::unseen;
   if (status_.protocol_version == kProtocolVersion) say_hello();
@@ -216,16 +244,23 @@ void ClientCore::open_states_at(int port) {
 }
 
 void ClientCore::take(const Receipts& receipts) {
-  if (epoch_ == 0 || is_past(receipts.epoch)) return;
-  if (receipts.epoch != epoch_) {
-    status_.tick = 0;
-    status_.tick_time_us = 0;
-    enter(receipts.epoch);
-    return;
-  }
+  if (epoch_ == 0 || is_recording()) return;
   for (const Receipt& receipt : receipts.receipts) {
-    if (receipt.client == client_) take(receipt);
+    if (receipt.client != client_) continue;
+    if (receipts.epoch == epoch_) {
+      take(receipt);
+    } else if (is_past(receipts.epoch) && fixed_number_ == 0) {
+      note_rival();
+    } else if (is_new_run(receipts.epoch)) {
+      return meet(receipts.epoch);
+    }
   }
+}
+
+/// True if a receipt of that epoch, for our number, shows that the server runs anew: nobody else
+/// knows a random number. A fixed one may be in a recording, too.
+bool ClientCore::is_new_run(std::int64_t epoch) const {
+  return fixed_number_ == 0 || !is_alive() || (welcome_ != Welcome::given && !is_past(epoch));
 }
 
 void ClientCore::take(const Receipt& receipt) {
@@ -259,7 +294,10 @@ void ClientCore::take(const Receipt& receipt) {
 }
 
 void ClientCore::take(const Events& batch) {
-  if (batch.epoch != epoch_) return;
+  if (batch.epoch != epoch_) {
+    if (!is_recording() || is_past(batch.epoch)) return;
+    meet(batch.epoch);
+  }
   ++messages_;
   const auto fresh = mirror_.take(batch);
   if (callbacks.on_event) notices_.insert(notices_.end(), fresh.begin(), fresh.end());

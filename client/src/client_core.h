@@ -56,6 +56,8 @@ class ClientCore {
   };
 
   /// `world` must satisfy is_world_name(), `name` is_name().
+  /// Without `open_states` the world is a recording: everything comes over `control`, nothing is
+  /// sent, and commands are refused.
   ClientCore(const std::string& world, std::string name, std::unique_ptr<Transport> control,
              OpenStates open_states, const Identity& identity = {0, 1});
 
@@ -75,6 +77,7 @@ class ClientCore {
   bool is_alive() const;
   /// Two servers that live claim this world: no commands are sent.
   bool is_contested() const { return has_rival_ && now_ - rival_heard_at_ < kHeartbeatTimeout; }
+  bool is_recording() const { return !open_states_; }
   Time polled_at() const { return now_; }
   bool is_in_callback() const { return is_in_callback_; }
   ClientStatistics statistics() const;
@@ -117,10 +120,14 @@ class ClientCore {
   void take(const WorldStatus& status);
   void take(const Receipts& receipts);
   void take(const Receipt& receipt);
+  bool is_new_run(std::int64_t epoch) const;
   void take(const Events& batch);
+  void take_states(ByteView payload);
   bool is_past(std::int64_t epoch) const;
   void note_rival();
+  void meet(std::int64_t epoch);
   void enter(std::int64_t epoch);
+  void ask_whether_gone();
   void leave();
   void open_states_at(int port);
   void note_other_world(std::string_view channel);
@@ -128,6 +135,7 @@ class ClientCore {
   Outcome check(const CommandBody& body, Tick target_tick) const;
   void say_hello();
   void keep_alive();
+  void repeat_hello();
   void enqueue(std::int64_t ticket, CommandBody body, Tick target_tick);
   void transmit();
   void resolve(Ticket ticket, const Answer& answer);
@@ -147,8 +155,7 @@ class ClientCore {
   std::int64_t client_ = 0;               ///< our number in this epoch
   std::int64_t epoch_ = 0;                ///< 0: none yet
   std::deque<std::int64_t> past_epochs_;  ///< the last few before
-  Time entered_at_{};                     ///< the present one
-  bool has_rival_ = false;                ///< one of the past was heard again
+  bool has_rival_ = false;                ///< one of the past has answered us
   Time rival_heard_at_{};
   Welcome welcome_ = Welcome::unseen;
   std::int64_t hello_sequence_ = 0;
@@ -160,6 +167,7 @@ class ClientCore {
   std::unordered_map<std::int64_t, Answer> answers_;  ///< by ticket
   std::deque<std::int64_t> answered_;                 ///< tickets, oldest first
   Time sent_at_{};                                    ///< the last time we sent anything
+  Time asked_at_{};                                   ///< and asked whether our epoch is over
 
   WorldMirror mirror_;
   WorldStatus status_;

@@ -5,6 +5,7 @@
 #include <cradle/client.h>
 
 #include "client/src/client_core.h"
+#include "protocol/transport/recording.h"
 
 namespace cradle {
 
@@ -14,11 +15,21 @@ struct Client::Impl {
        ClientCore::OpenStates open_states, const ClientCore::Identity& identity = {})
       : core(world, std::move(name), std::move(control), std::move(open_states), identity) {}
 
-  /// As Client::poll.
-  int poll(std::chrono::milliseconds wait);
+  /// A client of a recording of `world`.
+  Impl(const std::string& world, std::unique_ptr<Recording> file)
+      : recording(file.get()), core(world, "", std::move(file), nullptr) {}
 
+  /// As Client's commands and Client::poll.
+  Ticket submit(CommandBody body, Tick target_tick);
+  int poll(std::chrono::milliseconds wait);
+  int poll_once();
+
+  Recording* recording = nullptr;  ///< the control transport of `core`, or null
   ClientCore core;
 };
+
+/// A client of a recording that has seen the first message of it. Fails as Client::connect.
+Connection connect_to_recording(const ClientOptions& options);
 
 /// Waits until the world welcomes us, at most `timeout`; `place` says in messages where we look.
 /// Fails with no_world, no_network, bad_version, timed_out, or what the server answers to hello.

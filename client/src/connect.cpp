@@ -3,6 +3,7 @@
 #include <cradle/version.h>
 
 #include <cstdlib>
+#include <system_error>
 
 #include "client/src/client_impl.h"
 #include "protocol/transport/lcm_transport.h"
@@ -19,9 +20,12 @@ std::string quoted(std::string_view text) { return "'" + std::string(text) + "'"
 
 /// What is wrong with the options, if anything.
 Connection check(const ClientOptions& options) {
-  if (!parse_lcm_url(options.lcm_url)) {
+  const bool is_recording = is_recording_url(options.lcm_url);
+  if (is_recording ? !parse_recording_url(options.lcm_url) : !parse_lcm_url(options.lcm_url)) {
     return {nullptr, Result::bad_url,
-            quoted(options.lcm_url) + " is not like udpm://239.255.76.67:7667?ttl=0"};
+            quoted(options.lcm_url) + " is not like " +
+                (is_recording ? "file://PATH?speed=1&states=PATH"
+                              : "udpm://239.255.76.67:7667?ttl=0, nor file://PATH")};
   }
   if (!is_world_name(options.world)) {
     return {nullptr, Result::bad_name,
@@ -58,6 +62,13 @@ std::string hello_fault(Result result) {
   return "refuses us: " + std::string(to_string(result));
 }
 
+std::string heard_instead(const std::set<std::string>& worlds) {
+  std::string text;
+  for (const std::string& world : worlds)
+    text += (text.empty() ? "; heard instead: " : ", ") + world;
+  return text;
+}
+
 /// Why we are not welcome after all the time there was.
 Connection fault(const ClientCore& core, const std::string& name, const std::string& place) {
   const std::string world = "world " + quoted(name);
@@ -68,10 +79,7 @@ Connection fault(const ClientCore& core, const std::string& name, const std::str
                 std::to_string(kProtocolVersion)};
   }
   if (core.welcome() == Welcome::unseen) {
-    std::string heard;
-    for (const std::string& other : core.other_worlds()) {
-      heard += (heard.empty() ? "; heard instead: " : ", ") + other;
-    }
+    std::string heard = heard_instead(core.other_worlds());
     if (heard.empty()) heard = "; start it: cradled serve --world " + name;
     return {nullptr, Result::no_world, "no heartbeat of " + world + " on " + place + heard};
   }
@@ -120,8 +128,37 @@ Connection introduce(std::unique_ptr<Client::Impl> impl, const std::string& worl
   return {std::make_unique<Client>(std::move(impl)), Result::ok, ""};
 }
 
+std::string recording_url(const std::string& path, const std::string& states_path, double speed) {
+  return RecordingUrl{path, states_path, speed}.text();
+}
+
+Connection connect_to_recording(const ClientOptions& options) {
+  std::unique_ptr<Recording> file;
+  try {
+    file = std::make_unique<Recording>(*parse_recording_url(options.lcm_url), options.world,
+                                       Clock::now());
+  } catch (const std::system_error& error) {
+    return {nullptr, Result::bad_recording, error.what()};
+  }
+  auto impl = std::make_unique<Client::Impl>(options.world, std::move(file));
+  const Recording& recording = *impl->recording;
+  while (impl->core.epoch() == 0 && !recording.has_ended()) {
+    impl->core.poll(impl->recording->play(Clock::now()));
+  }
+  const std::string place = parse_recording_url(options.lcm_url)->path;
+  if (impl->core.has_heard_other_protocol()) return fault(impl->core, options.world, place);
+  if (impl->core.epoch() != 0) return {std::make_unique<Client>(std::move(impl)), Result::ok, ""};
+  if (recording.messages_read() == 0) {
+    return {nullptr, Result::bad_recording, place + " is no recording of lcm-logger"};
+  }
+  return {nullptr, Result::no_world,
+          "nothing of world " + quoted(options.world) + " in " + place +
+              heard_instead(recording.other_worlds())};
+}
+
 Connection Client::connect(const ClientOptions& options, std::chrono::milliseconds timeout) {
   if (Connection bad = check(options); bad.result != Result::ok) return bad;
+  if (is_recording_url(options.lcm_url)) return connect_to_recording(options);
   const LcmUrl url = *parse_lcm_url(options.lcm_url);
   OpenedTransport control = open_lcm_transport(url, Lane::send_and_receive);
   if (!control.transport) return {nullptr, control.result, control.message};

@@ -33,7 +33,7 @@ std::string check_seconds(const std::string& text) {
 
 void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--lcm-url", arguments.options.lcm_url,
-                 "udpm://GROUP:PORT?ttl=N; else from CRADLE_LCM_URL")
+                 "udpm://GROUP:PORT?ttl=N, or a recording, file://PATH; else from CRADLE_LCM_URL")
       ->type_name("URL");
   app.add_option("--world", arguments.options.world, "name; else from CRADLE_WORLD, or default")
       ->type_name("NAME");
@@ -47,7 +47,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.fallthrough();  // the options above are welcome after the subcommand too
   app.footer(
       "A body is an id or a name.\n"
-      "Exit codes: 0 done; 1 refused; 2 wrong usage; 69 no network, no such world or no answer.");
+      "Exit codes: 0 done; 1 refused; 2 wrong usage; 69 no network, no such world or recording, or "
+      "no answer.");
 }
 
 void add_status(CLI::App& app, Action& action) {
@@ -57,6 +58,10 @@ void add_status(CLI::App& app, Action& action) {
   sub->callback([&action, is_json] {
     action = [is_json](Session& session) -> int {
       const WorldStatus& status = session.client.status();
+      // A recording may begin between two heartbeats.
+      while (status.rate_hz == 0 && session.client.is_recording() && !session.client.has_ended()) {
+        session.client.poll(std::chrono::milliseconds(10));
+      }
       std::fputs((*is_json ? to_json(status) : describe(status)).c_str(), stdout);
       return kExitOk;
     };
@@ -72,6 +77,28 @@ void add_watch(CLI::App& app, Action& action) {
   sub->callback([&action, seconds] {
     action = [seconds](Session& session) {
       return watch(session, std::chrono::duration<double>(*seconds));
+    };
+  });
+}
+
+void add_replay(CLI::App& app, Arguments& arguments) {
+  struct Files {
+    std::string control, states;
+    double speed = 1;
+  };
+  const auto files = std::make_shared<Files>();
+  CLI::App* sub = app.add_subcommand("replay", "Watch what lcm-logger recorded");
+  sub->add_option("file", files->control, "of the world's port, or of its state port")->required();
+  sub->add_option("states", files->states, "of the state port, if the other is not");
+  CLI::Option* speed = sub->add_option("--speed", files->speed, "times real time (default 1)");
+  speed->check(check_seconds)->type_name("X");
+  sub->add_flag_callback(
+         "--fast", [files] { files->speed = 0; }, "as fast as it goes")
+      ->excludes(speed);
+  sub->callback([&arguments, files] {
+    arguments.options.lcm_url = recording_url(files->control, files->states, files->speed);
+    arguments.action = [](Session& session) {
+      return watch(session, std::chrono::duration<double>(std::numeric_limits<double>::infinity()));
     };
   });
 }
@@ -97,6 +124,7 @@ int main(int argc, char** argv) {
   add_options(app, arguments);
   add_status(app, arguments.action);
   add_watch(app, arguments.action);
+  add_replay(app, arguments);
   add_world_commands(app, arguments.action);
   try {
     app.parse(argc, argv);

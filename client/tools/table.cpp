@@ -62,11 +62,15 @@ std::string title(const Client& client, const Style& style) {
   const WorldStatus& s = client.status();
   std::string text = format("tick %lld   %.1f s   ", wide(client.tick()), client.time_s());
   text += s.paused ? "paused" : s.lockstep ? "lockstep" : format("x%.2f", s.real_time_factor);
-  text += format("   %lld bodies   %lld contacts   %lld chunks lost", wide(s.bodies),
+  text += format("   %zu bodies   %lld contacts   %lld chunks lost", client.bodies().size(),
                  wide(s.contacts), wide(client.statistics().chunks_lost));
   if (s.overloaded) text += "   overloaded";
-  if (!client.is_alive()) text += "   no heartbeat";
-  return style.bold(s.name) + "   " + text;
+  if (client.has_ended()) {
+    text += "   end of the recording";
+  } else if (!client.is_alive()) {
+    text += "   no heartbeat";
+  }
+  return style.bold(s.name.empty() ? "recording" : s.name) + "   " + text;
 }
 
 std::string head(const Style& style) {

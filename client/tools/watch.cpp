@@ -95,10 +95,12 @@ int watch(Session& session, std::chrono::duration<double> duration) {
   auto next_frame = begin + kFrame;  // something has come by then
   while (is_interrupted == 0 && Clock::now() - begin < duration) {
     client.poll(10ms);
-    if (Clock::now() < next_frame) continue;
+    const bool is_last = client.has_ended();
+    if (Clock::now() < next_frame && !is_last) continue;
     next_frame += is_terminal ? kFrame : kPlainFrame;
     const auto lines = draw(client, news, terminal_style());
     screen ? screen->show(lines) : print(lines);
+    if (is_last) break;
   }
   return kExitOk;
 }

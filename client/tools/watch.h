@@ -6,7 +6,7 @@
 namespace cradle::tool {
 
 /// On a terminal a table that is drawn anew about ten times a second, else one a second. Ends after
-/// `duration` or with SIGINT or SIGTERM.
+/// `duration`, at the end of a recording, or with SIGINT or SIGTERM.
 int watch(Session& session, std::chrono::duration<double> duration);
 
 }  // namespace cradle::tool

@@ -45,7 +45,7 @@ std::string build_folder() {
 
 /// In the repository's folder, with this build's programs, on this test's own ports.
 std::vector<std::string> shell(const std::string& command) {
-  const std::string here = replaced(command, "build/bin/", CRADLE_BIN_DIR "/");
+  const std::string here = replaced(command, "build/", build_folder() + "/");
   const std::string exec = command.find("&&") == std::string::npos ? "exec " : "";
   return {"/bin/sh", "-c", "cd '" CRADLE_SOURCE_DIR "' && " + exec + here};
 }

@@ -40,7 +40,7 @@ TEST_CASE("a client says hello to the first heartbeat and is welcome when it is 
   const auto heard = visit.server.heard();
   REQUIRE(heard.size() == 1);
   CHECK(heard[0].header.sequence == 1);
-  CHECK(heard[0].header.epoch == 0);  // command_header_v1.lcm: 0 in hello
+  CHECK(heard[0].header.epoch == visit.server.status.epoch);
   CHECK(heard[0].header.client >= 1);
   CHECK(std::get<Hello>(heard[0].body) == Hello{kProtocolVersion, "tester"});
   CHECK(visit.core.welcome() == Welcome::asked);

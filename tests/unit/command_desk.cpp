@@ -101,6 +101,19 @@ TEST_CASE("a command for another run of the server is refused and takes no numbe
   CHECK(office.result_of(command(7, 2)) == Result::ok);
 }
 
+TEST_CASE("a hello for another run of the server is refused, too, and one for any run is taken") {
+  Office office;
+  Command recorded = hello(7);
+  recorded.header.epoch = kEpoch - 1;
+  CHECK(office.result_of(recorded) == Result::wrong_epoch);
+  CHECK(office.desk.clients(office.now_us) == 0);
+  recorded.header.epoch = kEpoch;
+  CHECK(office.result_of(recorded) == Result::ok);
+  recorded = hello(8);
+  recorded.header.epoch = 0;
+  CHECK(office.result_of(recorded) == Result::ok);
+}
+
 TEST_CASE("a hello of another version or with a bad name opens no session") {
   Office office;
   CHECK(office.result_of(hello(7, 1, kProtocolVersion + 1)) == Result::bad_version);

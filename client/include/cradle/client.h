@@ -38,7 +38,8 @@ class Client {
   ///  - no_world: no heartbeat of that name,
   ///  - bad_version: the world speaks another protocol version,
   ///  - over_quota: the world takes no more clients,
-  ///  - timed_out: there is a heartbeat, but no answer to hello.
+  ///  - timed_out: there is a heartbeat, but no answer to hello,
+  ///  - bad_recording: the file cannot be read, or is no recording.
   static Connection connect(const ClientOptions& options, std::chrono::milliseconds timeout);
 
   ~Client();
@@ -146,11 +147,26 @@ class Client {
   const WorldStatus& status() const;
   /// Random number of this run of the server.
   std::int64_t epoch() const;
-  /// False if no heartbeat has come for three seconds before the last poll().
+  /// False if no heartbeat has come for three seconds before the last poll(), or if the recording
+  /// has ended.
   bool is_alive() const;
-  /// True if two servers claim this world, and both were heard in the three seconds before the last
-  /// poll(): on_restart told of the change to the one shown here. Commands are refused: contested.
+  /// True if two servers claim this world, and both have answered us in the three seconds before
+  /// the last poll(): on_restart told of the change to the one shown here. Commands are refused:
+  /// contested. Not noticed with a fixed ClientOptions::number, which a recording may have, too.
   bool is_contested() const;
+
+  // --- recordings -----------------------------------------------------------------------------
+  //
+  // Connected to file://PATH?speed=X&states=PATH, a client sees what a client of that time saw. A
+  // world has two ports, and lcm-logger records one: the file of the control port has status and
+  // names, that of the state port has the states; give both, or the states alone. Time passes
+  // `speed` times as fast (default 1), pauses above 5 s are cut; at speed 0 each poll() brings one
+  // message, so that every tick is seen. Ages, received_at and jitter are in recorded time.
+
+  /// True if it takes no commands: each is refused here, with Result::recording.
+  bool is_recording() const;
+  /// True when all of a recording has been seen; the bodies stay where they were last.
+  bool has_ended() const;
 
   // --- callbacks ------------------------------------------------------------------------------
   //

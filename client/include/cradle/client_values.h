@@ -12,7 +12,9 @@ namespace cradle {
 
 /// Where a world is, and what to call this client there.
 struct ClientOptions {
-  std::string lcm_url;  ///< udpm://GROUP:PORT?ttl=N; empty: udpm://239.255.76.67:7667?ttl=0
+  /// udpm://GROUP:PORT?ttl=N; empty: udpm://239.255.76.67:7667?ttl=0. Or a recording, made by
+  /// lcm-logger: file://PATH?speed=X&states=PATH, see Client::is_recording().
+  std::string lcm_url;
   std::string world = "default";  ///< 1 .. limits::kWorldNameBytes letters, digits, '-', '_'
   std::string name;               ///< for the server's logs; at most limits::kNameBytes of UTF-8
   /// Who we are to the world, 1 .. limits::kIntegerMax; 0: a random number. What clients do in the
@@ -25,6 +27,11 @@ struct ClientOptions {
   /// CRADLE_WORLD where these are set.
   static ClientOptions from_environment(std::string name);
 };
+
+/// The URL of a recording in one file or two, each a path, at a speed of 0 or 0.001 .. 1000: see
+/// Client::is_recording().
+std::string recording_url(const std::string& path, const std::string& states_path = "",
+                          double speed = 1);
 
 /// When a command takes effect: before the step of a tick.
 struct When {
@@ -86,8 +93,10 @@ struct ClientStatistics {
   /// Moving mean, weight 1/16, of |wall time - simulated time| between ticks seen, as RFC 3550.
   double tick_jitter_s = 0;
 
+  /// Heartbeats of other runs of the server than the present one, which lives: a recording played
+  /// into the network, or a second server of the same name.
+  std::int64_t strangers = 0;
   std::int64_t restarts = 0;             ///< of the world, since we know it
-  std::int64_t rival_heartbeats = 0;     ///< of a second server of the same world
   std::int64_t callback_exceptions = 0;  ///< see Client::last_callback_error()
 };
 

@@ -41,8 +41,10 @@ enum class Result : std::int32_t {
   world_restarted = 102,  ///< the server began a new epoch: what was pending is lost
   no_network = 103,       ///< the transport could not be opened or cannot send
   bad_url = 104,
-  over_window = 105,  ///< too many commands without an answer: poll first
-  contested = 106,    ///< two servers claim this world: end one of them
+  over_window = 105,    ///< too many commands without an answer: poll first
+  recording = 106,      ///< the world is a recording, which takes no commands
+  bad_recording = 107,  ///< the file cannot be read, or is no recording
+  contested = 108,      ///< two servers claim this world: end one of them
 };
 
 /// The enumerator's name, "ok", "unknown_body", ...; "unlisted" for other numbers.

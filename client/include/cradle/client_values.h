@@ -1,6 +1,7 @@
 /// The small values that the client library takes and gives.
 #pragma once
 
+#include <cradle/export.h>
 #include <cradle/result.h>
 #include <cradle/types.h>
 
@@ -22,7 +23,7 @@ struct ClientOptions {
 
   /// The defaults, with `lcm_url` and `world` from the environment variables CRADLE_LCM_URL and
   /// CRADLE_WORLD where these are set.
-  static ClientOptions from_environment(std::string name);
+  CRADLE_EXPORT static ClientOptions from_environment(std::string name);
 };
 
 /// When a command takes effect: before the step of a tick.

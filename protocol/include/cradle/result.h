@@ -1,6 +1,8 @@
 /// The one list of outcomes: of commands on the wire, and of calls to the client library.
 #pragma once
 
+#include <cradle/export.h>
+
 #include <cstdint>
 #include <string_view>
 
@@ -44,7 +46,7 @@ enum class Result : std::int32_t {
 };
 
 /// The enumerator's name, "ok", "unknown_body", ...; "unlisted" for other numbers.
-std::string_view to_string(Result result);
+CRADLE_EXPORT std::string_view to_string(Result result);
 
 /// True for the answers after which a client may send the very same command again later.
 constexpr bool is_retry(Result r) { return r == Result::gap || r == Result::busy; }

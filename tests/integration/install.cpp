@@ -126,7 +126,7 @@ TEST_CASE("what is installed tells neither where it was built nor where it is") 
     CHECK(bytes.find(CRADLE_SOURCE_DIR) == std::string::npos);
     CHECK(bytes.find(CRADLE_BUILD_DIR) == std::string::npos);
     CHECK(bytes.find("/liblcm.so") == std::string::npos);  // it is looked for where it is needed
-    const bool is_unit = file.extension() == ".service";  // these name the daemon
+    const bool is_unit = file.extension() == ".service";   // these name the daemon
     CHECK((bytes.find(prefix.string()) != std::string::npos) == is_unit);
     CHECK((bytes.find(prefix.string() + "/sbin/cradled") != std::string::npos) == is_unit);
   }

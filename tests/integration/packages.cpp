@@ -94,7 +94,7 @@ TEST_CASE("the Debian packages install, serve a world, and leave nothing when th
                  "libcradle-client0 (= " + version.substr(0, version.size() - 1) + ")"));
   CHECK_THAT(field(development, "Depends"), Catch::Matchers::Contains("liblcm-dev"));
 
-  for (const std::string& name : {"libcradle-client0", "cradled"}) {  // found in the binaries
+  for (const std::string name : {"libcradle-client0", "cradled"}) {  // found in the binaries
     const std::string depends = field(package_file(packages, name), "Depends");
     CHECK_THAT(depends, Catch::Matchers::Contains("liblcm1"));
     CHECK_THAT(depends, Catch::Matchers::Contains("libc6 (>= "));

@@ -28,10 +28,10 @@ install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${share}/doc/cradle COM
 file(GLOB units CONFIGURE_DEPENDS server/deploy/*.service)
 file(GLOB config CONFIGURE_DEPENDS server/deploy/cradled.toml)
 install(CODE "
-  set(units ${units})
-  set(config ${config})
+  set(units \"${units}\")
+  set(config \"${config}\")
   set(sbin \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_SBINDIR}\")
-  include(${CMAKE_CURRENT_LIST_DIR}/install_units.cmake)" COMPONENT daemon)
+  include(\"${CMAKE_CURRENT_LIST_DIR}/install_units.cmake\")" COMPONENT daemon)
 
 # --- client library -------------------------------------------------------------------------------
 set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cradle)

@@ -30,7 +30,7 @@ struct Connection {
   std::string message;  ///< one line if there is no client: what is wrong, what to do
 };
 
-class Client {
+class CRADLE_EXPORT Client {
  public:
   /// Finds the world by its heartbeat and introduces us, in at most `timeout`. Fails with
   ///  - bad_url, bad_name, out_of_range: the options have no meaning,
@@ -189,7 +189,7 @@ class Client {
   ClientStatistics statistics() const;
 
   /// For the library itself: client/src/client_impl.h.
-  struct Impl;
+  struct __attribute__((visibility("hidden"))) Impl;
   explicit Client(std::unique_ptr<Impl> impl);
 
  private:

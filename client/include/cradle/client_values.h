@@ -1,6 +1,7 @@
 /// The small values that the client library takes and gives.
 #pragma once
 
+#include <cradle/export.h>
 #include <cradle/result.h>
 #include <cradle/types.h>
 
@@ -25,7 +26,7 @@ struct ClientOptions {
 
   /// The defaults, with `lcm_url` and `world` from the environment variables CRADLE_LCM_URL and
   /// CRADLE_WORLD where these are set.
-  static ClientOptions from_environment(std::string name);
+  CRADLE_EXPORT static ClientOptions from_environment(std::string name);
 };
 
 /// The URL of a recording in one file or two, each a path, at a speed of 0 or 0.001 .. 1000: see

@@ -1,6 +1,8 @@
 /// The one list of outcomes: of commands on the wire, and of calls to the client library.
 #pragma once
 
+#include <cradle/export.h>
+
 #include <cstdint>
 #include <string_view>
 
@@ -48,7 +50,7 @@ enum class Result : std::int32_t {
 };
 
 /// The enumerator's name, "ok", "unknown_body", ...; "unlisted" for other numbers.
-std::string_view to_string(Result result);
+CRADLE_EXPORT std::string_view to_string(Result result);
 
 /// True for answers that another one follows.
 constexpr bool is_interim(Result r) { return r == Result::queued || r == Result::held; }

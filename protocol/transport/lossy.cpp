@@ -1,5 +1,6 @@
 #include "protocol/transport/lossy.h"
 
+#include <algorithm>
 #include <mutex>
 #include <random>
 #include <utility>
@@ -7,6 +8,8 @@
 
 namespace cradle {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 struct Message {
   std::string channel;
@@ -23,25 +26,36 @@ class Channel {
   void put(Message message, const Pass& pass) {
     const int copies = chance(lossiness_.loss) ? 0 : chance(lossiness_.duplication) ? 2 : 1;
     for (int copy = 0; copy < copies; ++copy) {
-      if (chance(lossiness_.reordering)) {
-        held_back_.push_back({message, wait()});
+      const bool is_held_back = chance(lossiness_.reordering);
+      if (is_held_back || lossiness_.delay_max.count() > 0) {
+        held_.push_back({message, is_held_back ? wait() : 0, Clock::now() + delay()});
       } else {
         pass(message);
       }
     }
-    release(pass, [](Held& held) { return --held.wait <= 0; });
+    const auto now = Clock::now();
+    release(pass, [now](Held& held) { return --held.wait <= 0 && held.due <= now; });
   }
 
-  /// Everything still held back.
+  /// Everything held back whose time has come.
   template <class Pass>
   void flush(const Pass& pass) {
-    release(pass, [](const Held&) { return true; });
+    const auto now = Clock::now();
+    release(pass, [now](const Held& held) { return held.due <= now; });
+  }
+
+  /// When the first of what is held back is to go on.
+  Clock::time_point next_due() const {
+    auto first = Clock::time_point::max();
+    for (const Held& held : held_) first = std::min(first, held.due);
+    return first;
   }
 
  private:
   struct Held {
     Message message;
-    int wait = 0;
+    int wait = 0;  ///< for that many others
+    Clock::time_point due;
   };
 
   // Own scaling of the engine's numbers: the library's distributions differ from one to another.
@@ -52,21 +66,27 @@ class Channel {
     return 1 + static_cast<int>(random_() % static_cast<std::uint64_t>(lossiness_.held_back_max));
   }
 
+  std::chrono::microseconds delay() {
+    if (lossiness_.delay_max.count() == 0) return {};
+    return std::chrono::microseconds(random_() %
+                                     static_cast<std::uint64_t>(lossiness_.delay_max.count()));
+  }
+
   template <class Pass, class IsDue>
   void release(const Pass& pass, const IsDue& is_due) {
-    std::vector<Held> waiting = std::exchange(held_back_, {});
+    std::vector<Held> waiting = std::exchange(held_, {});
     for (Held& held : waiting) {
       if (is_due(held)) {
         pass(held.message);
       } else {
-        held_back_.push_back(std::move(held));
+        held_.push_back(std::move(held));
       }
     }
   }
 
   Lossiness lossiness_;
   std::mt19937_64 random_;
-  std::vector<Held> held_back_;
+  std::vector<Held> held_;
 };
 
 /// What comes out of the outward channel goes on its way.
@@ -89,9 +109,15 @@ class LossyTransport final : public Transport {
   }
 
   int receive(std::chrono::microseconds timeout, const Sink& sink) override {
+    auto wake = in_.next_due();
     {
       const std::lock_guard lock(mutex_);
       out_.flush(Sender{*inner_});
+      wake = std::min(wake, out_.next_due());
+    }
+    if (wake != Clock::time_point::max()) {
+      const auto left = std::chrono::ceil<std::chrono::microseconds>(wake - Clock::now());
+      timeout = std::clamp(left, std::chrono::microseconds(0), timeout);
     }
     int count = 0;
     const auto pass = [&](const Message& message) {

@@ -172,6 +172,18 @@ TEST_CASE("over a lossy network every command happens once, in order, and at its
   }
 }
 
+TEST_CASE("over a network that is late as well, the same") {
+  const Played perfect = play({});
+  const Played late = play({.seed = 7,
+                            .loss = 0.2,
+                            .duplication = 0.1,
+                            .reordering = 0.1,
+                            .held_back_max = 8,
+                            .delay_max = 20ms});
+  CHECK(late.bodies == perfect.bodies);
+  CHECK(late.hash == perfect.hash);
+}
+
 TEST_CASE("a network that loses half of everything only slows the clients down") {
   const Played perfect = play({});
   const Played lossy = play({.seed = 6, .loss = 0.5, .duplication = 0.1, .reordering = 0.1});

@@ -135,17 +135,22 @@ int items_per_datagram(MessageKind kind, int datagram_bytes) {
   return item == 0 ? 1 : std::max(1, room / item);
 }
 
-bool has_exact_size(MessageKind kind, ByteView payload) {
+SizeCheck check_size(MessageKind kind, ByteView payload) {
   const auto [fixed, item] = layout(kind);
   std::int64_t expected = fixed;
   if (item != 0) {
-    if (payload.size() < kFingerprintBytes + kCountBytes) return false;
+    if (payload.size() < kFingerprintBytes + kCountBytes) return SizeCheck::no_count;
     const std::int64_t count = read_count(payload);
-    if (count < 0) return false;
+    if (count < 0) return SizeCheck::bad_count;
     expected += count * item;
   }
   const auto size = static_cast<std::int64_t>(payload.size());
-  return size == expected || size == expected + limits::kTrailerBytes;
+  const bool is_right = size == expected || size == expected + limits::kTrailerBytes;
+  return is_right ? SizeCheck::right : SizeCheck::wrong_size;
+}
+
+bool has_exact_size(MessageKind kind, ByteView payload) {
+  return check_size(kind, payload) == SizeCheck::right;
 }
 
 std::optional<CommandHeader> peek_header(MessageKind kind, ByteView payload) {

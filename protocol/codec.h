@@ -24,7 +24,14 @@ using ByteView = std::span<const std::uint8_t>;
 /// for kinds without items.
 int items_per_datagram(MessageKind kind, int datagram_bytes);
 
-/// True if the message's count is one that `payload`'s size agrees with.
+/// Whether the message's count is one that `payload`'s size agrees with.
+enum class SizeCheck {
+  right,
+  no_count,    ///< too short to have one
+  bad_count,   ///< below zero
+  wrong_size,  ///< not what the count implies
+};
+SizeCheck check_size(MessageKind kind, ByteView payload);
 bool has_exact_size(MessageKind kind, ByteView payload);
 
 /// The header alone, without decoding the rest; nothing if there is no room for one, or if its

@@ -3,6 +3,7 @@
 #include <cradle/limits.h>
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "protocol/validate.h"
@@ -61,8 +62,17 @@ void CommandDesk::admit_one(Command&& command, Tick coming_tick, std::int64_t no
   }
   const auto verdict = session.window.arrive(std::move(command));
   using Kind = ReceiveWindow::Verdict::Kind;
-  if (verdict.kind == Kind::answered) outgoing_.push_back(verdict.receipt);
+  if (verdict.kind == Kind::answered) {
+    const Result result = verdict.receipt.outcome.result;
+    if (result == Result::gap || result == Result::expired) {
+      refuse(header, result);
+    } else {
+      ++repeated_;
+      outgoing_.push_back(verdict.receipt);
+    }
+  }
   if (verdict.kind == Kind::held && header.sequence > session.window.next()) {
+    count(Result::held);
     outgoing_.push_back({header.client, header.sequence, 0, {Result::held, {}, 0}});
   }
   while (auto next = session.window.take_next()) accept(session, std::move(*next), coming_tick);
@@ -138,11 +148,7 @@ std::vector<Command> CommandDesk::take_due(Tick coming_tick, bool is_stepping) {
 }
 
 void CommandDesk::answer(const CommandHeader& header, const Outcome& outcome, Tick tick) {
-  if (outcome.result == Result::ok) {
-    ++applied_;
-  } else if (outcome.result != Result::queued) {
-    ++refused_;
-  }
+  count(outcome.result);
   const Receipt receipt{header.client, header.sequence, tick, outcome};
   outgoing_.push_back(receipt);
   const auto session = sessions_.find(header.client);
@@ -151,7 +157,7 @@ void CommandDesk::answer(const CommandHeader& header, const Outcome& outcome, Ti
 
 /// Refused without being taken: its sequence number stays free.
 void CommandDesk::refuse(const CommandHeader& header, Result result) {
-  ++refused_;
+  count(result);
   outgoing_.push_back({header.client, header.sequence, 0, {result, {}, 0}});
 }
 
@@ -167,6 +173,11 @@ bool CommandDesk::make_room(std::int64_t now_us) {
   forget_held(oldest->second);
   sessions_.erase(oldest);
   return true;
+}
+
+std::int64_t CommandDesk::refused() const {
+  const std::int64_t all = std::accumulate(answered_.begin(), answered_.end(), std::int64_t{0});
+  return all - answered(Result::ok) - answered(Result::queued) - answered(Result::held);
 }
 
 std::int64_t CommandDesk::clients(std::int64_t now_us) const {

@@ -4,6 +4,7 @@
 /// What is due together is handed out sorted by (client, sequence): never by arrival.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -40,9 +41,16 @@ class CommandDesk {
   std::int64_t waiting_bytes() const { return waiting_bytes_; }
 
   std::int64_t clients(std::int64_t now_us) const;  ///< heard within the last kSilence_us
-  std::int64_t applied() const { return applied_; }
-  std::int64_t refused() const { return refused_; }
-  std::int64_t malformed() const { return malformed_; }
+  /// Answers since the start, by what they said; repetitions of an answer are not among them.
+  /// `queued` and `held` are no final ones: their commands count again when they take effect.
+  const std::array<std::int64_t, kServerResults>& answered() const { return answered_; }
+  std::int64_t answered(Result result) const {
+    return answered_.at(static_cast<std::size_t>(result));
+  }
+  std::int64_t applied() const { return answered(Result::ok); }
+  std::int64_t refused() const;                          ///< all but `ok`, `queued` and `held`
+  std::int64_t repeated() const { return repeated_; }    ///< answers given once more
+  std::int64_t malformed() const { return malformed_; }  ///< payloads that are no command
 
   /// Clients that have said hello since the last call.
   std::vector<std::string> take_newcomers() { return std::exchange(newcomers_, {}); }
@@ -63,6 +71,7 @@ class CommandDesk {
   void forget_held(const Session& session);
   bool make_room(std::int64_t now_us);
   void refuse(const CommandHeader& header, Result result);
+  void count(Result result) { ++answered_.at(static_cast<std::size_t>(result)); }
 
   std::int64_t epoch_;
   std::map<std::int64_t, Session> sessions_;  ///< by client
@@ -70,8 +79,8 @@ class CommandDesk {
   std::int64_t waiting_bytes_ = 0;            ///< of those and of what the sessions hold
   std::vector<Receipt> outgoing_;
   std::vector<std::string> newcomers_;
-  std::int64_t applied_ = 0;
-  std::int64_t refused_ = 0;
+  std::array<std::int64_t, kServerResults> answered_{};  ///< by Result
+  std::int64_t repeated_ = 0;
   std::int64_t malformed_ = 0;
 };
 

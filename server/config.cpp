@@ -12,6 +12,7 @@
 
 #include "protocol/channels.h"
 #include "protocol/transport/lcm_url.h"
+#include "server/metrics_page.h"
 #include "server/thread_pool.h"
 
 namespace cradle {
@@ -67,6 +68,14 @@ std::string check_log_level(const Config& c) {
       std::find(std::begin(kLogLevels), std::end(kLogLevels), c.log_level) != std::end(kLogLevels),
       c.log_level, "is none of trace, debug, info, warn, error, off");
 }
+std::string check_log_format(const Config& c) {
+  return unless(c.log_format == "text" || c.log_format == "json", c.log_format,
+                "is neither text nor json");
+}
+std::string check_metrics(const Config& c) {
+  return unless(c.metrics.empty() || parse_page_address(c.metrics), c.metrics,
+                "is not an address of loopback like 127.0.0.1:9464");
+}
 
 constexpr bool kReloadable = true;
 constexpr bool kNeedsRestart = false;
@@ -86,6 +95,8 @@ const Setting kSettings[] = {
     {"bodies_max", &Config::bodies_max, "bodies that the world takes", check_bodies_max},
     {"wrenches_max", &Config::wrenches_max, "wrenches that act at once", check_wrenches_max},
     {"log_level", &Config::log_level, "trace, debug, info, warn, error or off", check_log_level, kReloadable},
+    {"log_format", &Config::log_format, "text or json", check_log_format},
+    {"metrics", &Config::metrics, "serve metrics for Prometheus on this address of loopback, like 127.0.0.1:9464", check_metrics},
 };
 // clang-format on
 

@@ -26,9 +26,11 @@ struct Config {
   bool allow_shutdown = false;  ///< clients may end the daemon
   int datagram_bytes = 0;       ///< largest to send; 0: 60000 on this host (ttl=0), else 1400
   int threads = 1;
-  int bodies_max = 1'000'000;      ///< that the world takes
-  int wrenches_max = 1'000'000;    ///< that act at once
-  std::string log_level = "info";  ///< trace, debug, info, warn, error or off
+  int bodies_max = 1'000'000;       ///< that the world takes
+  int wrenches_max = 1'000'000;     ///< that act at once
+  std::string log_level = "info";   ///< trace, debug, info, warn, error or off
+  std::string log_format = "text";  ///< text or json
+  std::string metrics;              ///< address of the page, like 127.0.0.1:9464; empty: none
 };
 
 /// Something that can be set.

@@ -3,7 +3,6 @@
 #include <cradle/limits.h>
 #include <cradle/version.h>
 #include <poll.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -29,22 +28,39 @@ std::int64_t new_epoch() {
 
 }  // namespace
 
-/// Adds up the wall time of the step's phases.
+/// Measures the wall time of one tick's phases, and adds it to the sums when the tick is over.
 class Daemon::PhaseTimer final : public StepObserver {
  public:
-  explicit PhaseTimer(Times& times) : times_(times) {}
-  ~PhaseTimer() override { leave(); }
+  PhaseTimer(Times& sums, TickHistograms& histograms) : sums_(sums), histograms_(histograms) {
+    enter(tick_.apply_us);
+  }
+  ~PhaseTimer() override {
+    leave();
+    sums_.apply_us += tick_.apply_us;
+    sums_.collide_us += tick_.collide_us;
+    sums_.solve_us += tick_.solve_us;
+    sums_.publish_us += tick_.publish_us;
+    sums_.ticks += tick_.ticks;
+    if (tick_.ticks == 0) return;  // the world stood still
+    histograms_.apply.add(1e-6 * tick_.apply_us);
+    histograms_.collide.add(1e-6 * tick_.collide_us);
+    histograms_.solve.add(1e-6 * tick_.solve_us);
+    histograms_.publish.add(1e-6 * tick_.publish_us);
+    histograms_.whole.add(1e-6 *
+                          (tick_.apply_us + tick_.collide_us + tick_.solve_us + tick_.publish_us));
+  }
 
   void enter(Phase phase) override {
-    leave();
-    current_ = phase == Phase::collide ? &times_.collide_us : &times_.solve_us;
+    tick_.ticks = 1;
+    enter(phase == Phase::collide ? tick_.collide_us : tick_.solve_us);
   }
-  void enter(double& sum_us) {
-    leave();
-    current_ = &sum_us;
-  }
+  void publish() { enter(tick_.publish_us); }
 
  private:
+  void enter(double& phase_us) {
+    leave();
+    current_ = &phase_us;
+  }
   void leave() {
     const auto now = Pacer::Clock::now();
     if (current_ != nullptr) {
@@ -53,7 +69,9 @@ class Daemon::PhaseTimer final : public StepObserver {
     begin_ = now;
   }
 
-  Times& times_;
+  Times& sums_;
+  TickHistograms& histograms_;
+  Times tick_;
   double* current_ = nullptr;
   Pacer::Clock::time_point begin_{};
 };
@@ -116,6 +134,7 @@ void Daemon::run(Supervisor& supervisor) {
   std::thread receiver([&] { receive(is_ending); });
   pacer_.restart(Pacer::Clock::now());
   while (!time_.shutdown) {
+    if (options_.board != nullptr) put_readings();
     const Awoken awoken = wait();
     if (awoken == Awoken::supervisor) {
       if (!supervisor.attend()) break;
@@ -126,6 +145,7 @@ void Daemon::run(Supervisor& supervisor) {
     }
   }
   send_receipts();
+  log_places_.tell_all();
   is_ending = true;
   receiver.join();
 }
@@ -137,18 +157,17 @@ void Daemon::run(int stop_descriptor) {
 
 /// Everything that happens at one moment; `is_due`: the world's next tick may be made.
 void Daemon::tick(bool is_due) {
-  PhaseTimer timer(times_);
-  timer.enter(times_.apply_us);
+  PhaseTimer timer(times_, readings_.ticks);
   desk_.admit(inbox_.drain(), run_.world().tick() + 1, now_us());
   for (const std::string& name : desk_.take_newcomers()) {
-    spdlog::info("client \"{}\" said hello", name);
+    hello_log_.write(now_us(), {{"client", name}});
     described_ = {};
     next_description_us_ = 0;
   }
   const bool is_stepping = is_due && time_.is_stepping(run_.world().tick());
   const bool has_changed = apply_due(is_stepping);
   if (is_stepping) step(timer);
-  timer.enter(times_.publish_us);
+  timer.publish();
   // A world that stands still is shown again with every heartbeat, for those who came later.
   const bool is_status_due = now_us() >= next_status_us_;
   if (is_stepping || has_changed || is_status_due) publish_states();
@@ -186,14 +205,15 @@ bool Daemon::apply_due(bool is_stepping) {
 void Daemon::step(PhaseTimer& timer) {
   const std::int64_t left_out = run_.wrenches_left_out();
   last_report_ = run_.step(*executor_, &timer);
-  ++times_.ticks;
   if (run_.wrenches_left_out() > left_out) {
-    spdlog::warn("tick {}: {} wrenches of the scene left out, their bodies cannot take them",
-                 run_.world().tick(), run_.wrenches_left_out() - left_out);
+    left_out_log_.write(
+        now_us(), {{"tick", run_.world().tick()}, {"count", run_.wrenches_left_out() - left_out}});
   }
   for (Event& event : run_.world().take_events()) {
-    spdlog::warn("body {} \"{}\" quarantined at tick {}: {}", event.body.value, event.name,
-                 event.tick, to_string(event.reason));
+    quarantine_log_.write(now_us(), {{"body", event.body.value},
+                                     {"name", event.name},
+                                     {"tick", event.tick},
+                                     {"reason", to_string(event.reason)}});
     events_.push_back(std::move(event));
   }
 }
@@ -265,6 +285,7 @@ void Daemon::send_status() {
   supervisor_->heartbeat(told);
   overruns_told_ = pacer_.overruns();
   times_ = {};
+  log_places_.tell_due(now_us());
 }
 
 WorldStatus Daemon::status() {
@@ -296,9 +317,10 @@ WorldStatus Daemon::status() {
   s.overruns = pacer_.overruns();
   s.commands_applied = desk_.applied();
   s.commands_refused = desk_.refused();
+  const Inbox::Counters inbox = inbox_.counters();
   s.datagrams_rejected =
-      transport.rejected + inbox_.rejected() + desk_.malformed() + unknown_datagrams_;
-  s.datagrams_dropped = transport.dropped_by_kernel + inbox_.dropped();
+      transport.rejected() + inbox.rejected() + desk_.malformed() + unknown_datagrams_;
+  s.datagrams_dropped = transport.dropped_by_kernel + inbox.dropped;
   s.chunks_dropped = publisher_.chunks_dropped() + states_->stats().send_failures;
   s.quarantined = world.quarantined_count();
   s.state_port = options_.state_port;
@@ -306,6 +328,33 @@ WorldStatus Daemon::status() {
   s.receive_buffer_bytes = transport.receive_buffer_bytes;
   s.name = options_.world;
   return s;
+}
+
+/// What the metrics page shows from now on.
+void Daemon::put_readings() {
+  const World& world = run_.world();
+  Readings& r = readings_;
+  r.world = options_.world;
+  r.period_s = 1 / world.settings().rate_hz;
+  r.tick = world.tick();
+  r.overruns = pacer_.overruns();
+  r.real_time_factor = pacer_.real_time_factor(r.tick, Pacer::Clock::now());
+  r.bodies = world.body_count();
+  r.awake = world.awake_count();
+  r.contacts = last_report_.contacts;
+  r.wrenches = world.wrench_count();
+  r.quarantines = world.quarantined_count();
+  r.clients = desk_.clients(now_us());
+  r.answers = desk_.answered();
+  r.repeated_answers = desk_.repeated();
+  r.control = control_->stats();
+  r.states = states_->stats();
+  r.inbox = inbox_.counters();
+  r.unknown_channel = unknown_datagrams_;
+  r.malformed = desk_.malformed();
+  r.chunks_overtaken = publisher_.chunks_dropped();
+  r.log_lines_left_out = log_places_.left_out();
+  options_.board->put(r);
 }
 
 /// The receive thread: bytes into the inbox, nothing else.
@@ -335,10 +384,9 @@ void Daemon::note_rivals() {
   const bool is_contested =
       rival_heard_us_ != 0 && now_us() - rival_heard_us_ < 3 * kStatusPeriod_us;
   if (is_contested && !is_contested_) {
-    spdlog::error("heartbeats of another daemon of world \"{}\", or of a recording",
-                  options_.world);
+    rival_log_.write(now_us(), {{"world", options_.world}});
   } else if (!is_contested && is_contested_) {
-    spdlog::info("the other heartbeats of world \"{}\" have ended", options_.world);
+    rival_gone_log_.write(now_us(), {{"world", options_.world}});
   }
   is_contested_ = is_contested;
 }

@@ -2,7 +2,8 @@
 ///
 /// A tick drains the inbox, journals and applies what is due, steps, and publishes; at its own
 /// pace, never in reaction to a packet. The daemon is the only reader of a clock. Three threads:
-/// the tick, a receiver that only fills the inbox, a publisher that only sends states.
+/// the tick, a receiver that only fills the inbox, a publisher that only sends states. The metrics
+/// page, if there is one, has its own and gets copies.
 #pragma once
 
 #include <array>
@@ -20,8 +21,10 @@
 #include "server/commands.h"
 #include "server/inbox.h"
 #include "server/journal.h"
+#include "server/log_places.h"
 #include "server/pacer.h"
 #include "server/publisher.h"
+#include "server/readings.h"
 #include "server/simulate.h"
 #include "server/supervisor.h"
 
@@ -43,6 +46,7 @@ class Daemon {
     int datagram_bytes = 60000;
     int state_port = 0;  ///< told to clients
     int threads = 1;
+    ReadingsBoard* board = nullptr;  ///< kept up to date, if given; outlives the daemon
   };
 
   Daemon(const Options& options, Scene scene, std::unique_ptr<Transport> control,
@@ -73,7 +77,7 @@ class Daemon {
  private:
   class PhaseTimer;
 
-  /// Sums of wall time since the last status, us.
+  /// Wall time, us: of a tick, or summed since the last status.
   struct Times {
     double apply_us = 0, collide_us = 0, solve_us = 0, publish_us = 0;
     std::int64_t ticks = 0;
@@ -92,6 +96,7 @@ class Daemon {
   void send_events();
   void send_status();
   WorldStatus status();
+  void put_readings();
   void receive(const std::atomic<bool>& is_ending);
   bool is_rival(ByteView status_message) const;
   void note_rivals();
@@ -127,6 +132,17 @@ class Daemon {
   bool is_contested_ = false;
   StepReport last_report_;
   Times times_;
+  Readings readings_;
+
+  LogPlaces log_places_;
+  LogPlace hello_log_{log_places_, LogLevel::info, "client said hello"};
+  LogPlace left_out_log_{log_places_, LogLevel::warn,
+                         "wrenches of the scene left out: their bodies cannot take them"};
+  LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
+  LogPlace rival_log_{log_places_, LogLevel::error,
+                      "heartbeats of another daemon of this world, or of a recording"};
+  LogPlace rival_gone_log_{log_places_, LogLevel::info,
+                           "the other heartbeats of this world have ended"};
 };
 
 }  // namespace cradle

@@ -21,9 +21,18 @@ Inbox::~Inbox() { ::close(event_); }
 
 void Inbox::put(MessageKind kind, ByteView payload) {
   const std::lock_guard lock(mutex_);
-  if (!has_exact_size(kind, payload)) {
-    ++rejected_;
-    return;
+  switch (check_size(kind, payload)) {
+    case SizeCheck::right:
+      break;
+    case SizeCheck::no_count:
+      ++counters_.no_count;
+      return;
+    case SizeCheck::bad_count:
+      ++counters_.bad_count;
+      return;
+    case SizeCheck::wrong_size:
+      ++counters_.wrong_size;
+      return;
   }
   const auto bytes = static_cast<std::int64_t>(payload.size());
   if (contents_.commands.size() < static_cast<std::size_t>(limits::kInboxDatagrams) &&
@@ -34,7 +43,7 @@ void Inbox::put(MessageKind kind, ByteView payload) {
              header && contents_.overflow.size() < kOverflowMax) {
     contents_.overflow.push_back(*header);
   } else {
-    ++dropped_;
+    ++counters_.dropped;
   }
   ::eventfd_write(event_, 1);
 }
@@ -46,14 +55,9 @@ Inbox::Contents Inbox::drain() {
   return std::exchange(contents_, {});
 }
 
-std::int64_t Inbox::rejected() const {
+Inbox::Counters Inbox::counters() const {
   const std::lock_guard lock(mutex_);
-  return rejected_;
-}
-
-std::int64_t Inbox::dropped() const {
-  const std::lock_guard lock(mutex_);
-  return dropped_;
+  return counters_;
 }
 
 }  // namespace cradle

@@ -37,8 +37,13 @@ class Inbox {
   /// All that has come since the last call.
   Contents drain();
 
-  std::int64_t rejected() const;  ///< of the wrong size
-  std::int64_t dropped() const;   ///< found the inbox full, and could not even be told so
+  /// What was kept out, since the start.
+  struct Counters {
+    std::int64_t no_count = 0, bad_count = 0, wrong_size = 0;  ///< see SizeCheck
+    std::int64_t dropped = 0;  ///< found the inbox full, and could not even be told so
+    std::int64_t rejected() const { return no_count + bad_count + wrong_size; }
+  };
+  Counters counters() const;
 
   /// Becomes readable when something waits; drain() resets it.
   int file_descriptor() const { return event_; }
@@ -46,8 +51,7 @@ class Inbox {
  private:
   mutable std::mutex mutex_;
   Contents contents_;
-  std::int64_t rejected_ = 0;
-  std::int64_t dropped_ = 0;
+  Counters counters_;
   int event_ = -1;
 };
 

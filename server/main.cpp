@@ -5,7 +5,7 @@
 //   64  the command line is wrong
 //   65  the scene is wrong
 //   66  a scene or configuration file cannot be read
-//   69  no network: no multicast, or the port cannot be opened
+//   69  no network: no multicast, or a port cannot be opened
 //   70  a fault of the program
 //   73  an output file cannot be written
 //   75  another daemon serves this world

@@ -2,8 +2,6 @@
 
 #include <cradle/limits.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <sys/epoll.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
@@ -13,6 +11,8 @@
 #include "protocol/transport/lcm_transport.h"
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/log.h"
+#include "server/metrics_page.h"
 #include "server/service_manager.h"
 #include "server/world_lock.h"
 
@@ -55,10 +55,6 @@ Permissions permissions(const Config& config) {
   return {config.allow_control, config.allow_shutdown};
 }
 
-void set_log_level(const Config& config) {
-  spdlog::set_level(spdlog::level::from_str(config.log_level));
-}
-
 /// Ends the daemon on a signal, reloads its configuration on another, and keeps systemd informed.
 class Process final : public Supervisor {
  public:
@@ -91,7 +87,8 @@ class Process final : public Supervisor {
     if (!is_ready_told_) is_ready_told_ = manager_.ready();  // or with the next one
     const int error = manager_.error();
     if (error != 0 && error != error_told_) {
-      spdlog::warn("the service manager cannot be told: {}", std::strerror(error));
+      write_log(LogLevel::warn,
+                std::string("the service manager cannot be told: ") + std::strerror(error));
     }
     error_told_ = error;
   }
@@ -118,39 +115,34 @@ void Process::reload() {
   try {
     wanted = load_config(sources_);
   } catch (const std::runtime_error& error) {  // the daemon goes on, whatever is in the files now
-    spdlog::error("nothing reloaded: {}", error.what());
+    write_log(LogLevel::error, std::string("nothing reloaded: ") + error.what());
     return;
   }
   int changes = 0;
   for (const Setting& setting : settings()) {
+    const std::string key(setting.key);
     const std::string now = value_text(setting, config_.values);
     const std::string then = value_text(setting, wanted.values);
     if (now == then) continue;
     const std::string origin = wanted.origins.at(setting.key).text();
     if (setting.is_reloadable) {
       std::visit([&](auto field) { config_.values.*field = wanted.values.*field; }, setting.field);
-      spdlog::info("{} = {}, was {} ({})", setting.key, then, now, origin);
+      write_log(LogLevel::info, key + " = " + then + ", was " + now + " (" + origin + ")");
       ++changes;
     } else {
-      spdlog::warn("{} = {} needs a restart, still {} ({})", setting.key, then, now, origin);
+      write_log(LogLevel::warn,
+                key + " = " + then + " needs a restart, still " + now + " (" + origin + ")");
     }
   }
   daemon_.set_permissions(permissions(config_.values));
-  set_log_level(config_.values);
-  spdlog::info("configuration reloaded, {} changes", changes);
+  set_log_level(config_.values.log_level);
+  write_log(LogLevel::info, "configuration reloaded, " + std::to_string(changes) + " changes");
 }
 
 std::unique_ptr<Transport> open(const LcmUrl& url, Lane lane) {
   OpenedTransport opened = open_lcm_transport(url, lane);
   if (!opened.transport) throw StartupError(kExitNoNetwork, opened.message);
   return std::move(opened.transport);
-}
-
-void set_up_log(const Config& config) {
-  auto logger = spdlog::stderr_color_mt("cradled");
-  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %v", spdlog::pattern_time_type::utc);
-  spdlog::set_default_logger(logger);
-  set_log_level(config);
 }
 
 Daemon::Options daemon_options(const Config& config, const LcmUrl& url) {
@@ -173,14 +165,27 @@ Daemon::Options daemon_options(const Config& config, const LcmUrl& url) {
       kExitTaken, "another daemon serves world \"" + world + "\" at " + url.text() + ' ' + where);
 }
 
+/// None if `address` is empty.
+std::unique_ptr<MetricsPage> open_page(const std::string& address, const ReadingsBoard& board) {
+  if (address.empty()) return nullptr;
+  try {
+    return std::make_unique<MetricsPage>(*parse_page_address(address),
+                                         [&board] { return board.read(metrics_text); });
+  } catch (const PageError& error) {
+    throw StartupError(kExitNoNetwork, error.what());
+  }
+}
+
 }  // namespace
 
 int run_daemon(const ConfigSources& sources) {
   LoadedConfig loaded = load_config(sources);
   const Config& config = loaded.values;
-  set_up_log(config);
+  set_up_log(config.log_level, config.log_format == "json" ? LogFormat::json : LogFormat::text);
   const LcmUrl url = *parse_lcm_url(config.lcm_url);
-  const Daemon::Options options = daemon_options(config, url);
+  Daemon::Options options = daemon_options(config, url);
+  ReadingsBoard board;
+  if (!config.metrics.empty()) options.board = &board;
   Scene scene = first_scene(config);
 
   Signals signals;
@@ -196,13 +201,19 @@ int run_daemon(const ConfigSources& sources) {
                        "own multicast does not come back on " + url.text() +
                            "; for this host alone type: ip route add 224.0.0.0/4 dev lo");
   }
-  spdlog::info("world \"{}\" on {}: {} bodies at {} Hz{}, epoch {}", options.world, url.text(),
-               daemon.world().body_count(), daemon.world().settings().rate_hz,
-               options.lockstep ? " in lockstep" : "", daemon.epoch());
+  const auto page = open_page(config.metrics, board);
+  write_log(LogLevel::info, "world begins",
+            {{"world", options.world},
+             {"url", url.text()},
+             {"bodies", daemon.world().body_count()},
+             {"rate_hz", daemon.world().settings().rate_hz},
+             {"mode", options.lockstep ? "lockstep" : "real time"},
+             {"epoch", daemon.epoch()}});
   Process process(daemon, signals, sources, loaded);
   daemon.run(process);
   process.stopping();
-  spdlog::info("world \"{}\" ended at tick {}", options.world, daemon.world().tick());
+  write_log(LogLevel::info, "world ended",
+            {{"world", options.world}, {"tick", daemon.world().tick()}});
   return kExitOk;
 }
 

@@ -368,7 +368,7 @@ ClientStatistics ClientCore::statistics() const {
   all.round_trip_smoothed_s = std::chrono::duration<double>(window_.round_trip()).count();
   const auto add = [&all](const TransportStats& port) {
     all.datagrams_received += port.received;
-    all.datagrams_rejected += port.rejected;
+    all.datagrams_rejected += port.rejected();
     all.datagrams_dropped += port.dropped_by_kernel;
     all.send_failures += port.send_failures;
   };

@@ -68,6 +68,7 @@ class InProcessBus::Hub::Participant final : public Transport {
     hub_->send({std::string(channel), std::make_shared<Bytes>(payload.begin(), payload.end())});
     const std::lock_guard lock(mailbox_->mutex);
     ++mailbox_->stats.sent;
+    mailbox_->stats.sent_bytes += static_cast<std::int64_t>(payload.size());
     return true;
   }
 

@@ -22,6 +22,7 @@ constexpr int kReceiveBufferBytes = 4 << 20;  // bursts of states overflow the d
 constexpr std::size_t kHeaderBytes = 8;
 constexpr std::size_t kChannelBytes = 64;  // with its zero
 constexpr std::array<std::uint8_t, 4> kMagic = {'L', 'C', '0', '2'};
+constexpr std::array<std::uint8_t, 4> kFragmentMagic = {'L', 'C', '0', '3'};
 
 void check(int result, const char* what) {
   if (result < 0) throw std::system_error(errno, std::generic_category(), what);
@@ -67,13 +68,21 @@ struct Lc02Receiver::Buffers {
   }
 };
 
-std::optional<Lc02Message> parse_lc02(ByteView datagram) {
-  if (datagram.size() <= kHeaderBytes) return std::nullopt;
-  if (!std::equal(kMagic.begin(), kMagic.end(), datagram.begin())) return std::nullopt;
+std::optional<Lc02Message> parse_lc02(ByteView datagram, DatagramFault* fault) {
+  const auto refuse = [fault](DatagramFault why) {
+    if (fault != nullptr) *fault = why;
+    return std::nullopt;
+  };
+  if (datagram.size() <= kHeaderBytes) return refuse(DatagramFault::too_short);
+  const auto begins_with = [&](const auto& magic) {
+    return std::equal(magic.begin(), magic.end(), datagram.begin());
+  };
+  if (begins_with(kFragmentMagic)) return refuse(DatagramFault::fragment);
+  if (!begins_with(kMagic)) return refuse(DatagramFault::bad_magic);
   const ByteView rest = datagram.subspan(kHeaderBytes);
   const ByteView channel_field = rest.first(std::min(rest.size(), kChannelBytes));
   const auto zero = std::find(channel_field.begin(), channel_field.end(), std::uint8_t{0});
-  if (zero == channel_field.end()) return std::nullopt;
+  if (zero == channel_field.end()) return refuse(DatagramFault::bad_channel);
   const auto length = static_cast<std::size_t>(zero - channel_field.begin());
   return Lc02Message{{reinterpret_cast<const char*>(rest.data()), length},
                      rest.subspan(length + 1)};
@@ -124,9 +133,11 @@ int Lc02Receiver::receive(std::chrono::microseconds timeout, const Transport::Si
       if (const auto dropped = overflow_count(header.msg_hdr)) stats_.dropped_by_kernel = *dropped;
       const ByteView datagram{static_cast<const std::uint8_t*>(header.msg_hdr.msg_iov->iov_base),
                               header.msg_len};
-      const auto message = parse_lc02(datagram);
-      if (!message || (header.msg_hdr.msg_flags & MSG_TRUNC) != 0) {
-        ++stats_.rejected;
+      auto fault = DatagramFault::too_long;
+      const bool is_whole = (header.msg_hdr.msg_flags & MSG_TRUNC) == 0;
+      const auto message = is_whole ? parse_lc02(datagram, &fault) : std::nullopt;
+      if (!message) {
+        stats_.count(fault);
         continue;
       }
       ++stats_.received;

@@ -17,12 +17,13 @@
 
 namespace cradle {
 
-/// One datagram, taken apart: nothing unless it is a whole short message.
+/// One datagram, taken apart.
 struct Lc02Message {
   std::string_view channel;
   ByteView payload;
 };
-std::optional<Lc02Message> parse_lc02(ByteView datagram);
+/// Nothing unless it is a whole short message; then `fault`, if given, says why.
+std::optional<Lc02Message> parse_lc02(ByteView datagram, DatagramFault* fault = nullptr);
 
 class Lc02Receiver {
  public:

@@ -31,6 +31,7 @@ class LcmTransport final : public Transport {
     const bool is_sent = lcm_publish(lcm_.get(), name.c_str(), payload.data(),
                                      static_cast<unsigned>(payload.size())) == 0;
     ++(is_sent ? sent_ : send_failures_);
+    if (is_sent) sent_bytes_ += static_cast<std::int64_t>(payload.size());
     return is_sent;
   }
 
@@ -46,6 +47,7 @@ class LcmTransport final : public Transport {
     const std::lock_guard lock(mutex_);
     TransportStats stats = received_;
     stats.sent = sent_;
+    stats.sent_bytes = sent_bytes_;
     stats.send_failures = send_failures_;
     return stats;
   }
@@ -56,6 +58,7 @@ class LcmTransport final : public Transport {
   std::unique_ptr<lcm_t, LcmDeleter> lcm_;
   std::unique_ptr<Lc02Receiver> receiver_;
   std::atomic<std::int64_t> sent_ = 0;
+  std::atomic<std::int64_t> sent_bytes_ = 0;
   std::atomic<std::int64_t> send_failures_ = 0;
   mutable std::mutex mutex_;
   TransportStats received_;

@@ -181,7 +181,7 @@ int Recording::receive(microseconds, const Sink& sink) {
 
 TransportStats Recording::stats() const {
   TransportStats stats = stats_;
-  for (const File& file : files_) stats.rejected += file.reader.damages();
+  for (const File& file : files_) stats.count(DatagramFault::bad_magic, file.reader.damages());
   return stats;
 }
 

@@ -50,7 +50,7 @@ class Recording final : public Transport {
   bool send(std::string_view channel, ByteView payload) override;
   /// Hands on what is due, without waiting; at speed 0 one message.
   int receive(std::chrono::microseconds timeout, const Sink& sink) override;
-  /// `rejected` counts the damaged stretches of the files.
+  /// `rejected()` counts the damaged stretches of the files.
   TransportStats stats() const override;
 
   static constexpr std::chrono::microseconds kLongestPause{5'000'000};

@@ -3,10 +3,12 @@
 
 #include <cradle/result.h>
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <string_view>
 
@@ -14,14 +16,32 @@
 
 namespace cradle {
 
+/// Why a datagram is not a whole, short LCM message.
+enum class DatagramFault {
+  too_short,    ///< for LCM's header
+  bad_magic,    ///< not LCM's
+  fragment,     ///< a part of a message of LCM's that needs several datagrams: never used here
+  bad_channel,  ///< its name does not end within 63 bytes
+  too_long,     ///< for the receiver's buffer
+};
+inline constexpr int kDatagramFaults = 5;
+
 /// Counted since the transport was opened; nothing is lost in silence.
 struct TransportStats {
   std::int64_t sent = 0;
+  std::int64_t sent_bytes = 0;  ///< of payloads
   std::int64_t send_failures = 0;
   std::int64_t received = 0;
-  std::int64_t rejected = 0;           ///< not a whole, short LCM message
-  std::int64_t dropped_by_kernel = 0;  ///< the receive buffer was full
-  int receive_buffer_bytes = 0;        ///< granted; 0 where there is none
+  std::array<std::int64_t, kDatagramFaults> faults{};  ///< by DatagramFault
+  std::int64_t dropped_by_kernel = 0;                  ///< the receive buffer was full
+  int receive_buffer_bytes = 0;                        ///< granted; 0 where there is none
+
+  void count(DatagramFault fault, std::int64_t times = 1) {
+    faults[static_cast<std::size_t>(fault)] += times;
+  }
+  std::int64_t rejected() const {
+    return std::accumulate(faults.begin(), faults.end(), std::int64_t{0});
+  }
 };
 
 /// One port that carries named messages to everybody who listens there, the sender included.

@@ -60,6 +60,12 @@ Tick World::tick() const { return state_->tick; }
 const WorldSettings& World::settings() const { return state_->settings; }
 Vec3 World::gravity_W() const { return to_plain(state_->gravity_W); }
 std::int64_t World::body_count() const { return static_cast<std::int64_t>(state_->bodies.size()); }
+std::int64_t World::awake_count() const {
+  const BodyTable& bodies = state_->bodies;
+  std::int64_t count = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) count += bodies.is_moving(i) ? 1 : 0;
+  return count;
+}
 std::int64_t World::wrench_count() const {
   return static_cast<std::int64_t>(state_->wrenches.size());
 }

@@ -77,6 +77,7 @@ class World {
   const WorldSettings& settings() const;
   Vec3 gravity_W() const;
   std::int64_t body_count() const;
+  std::int64_t awake_count() const;  ///< bodies that the next step may move by forces or contacts
   std::int64_t wrench_count() const;
   std::int64_t quarantined_count() const;  ///< since the start
 

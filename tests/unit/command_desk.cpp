@@ -334,6 +334,26 @@ TEST_CASE("what the inbox had no room for is told busy, and can be sent again") 
   CHECK(office.result_of(command(7, 2)) == Result::ok);
 }
 
+TEST_CASE("answers are counted by what they say, repeated ones apart") {
+  Office office;
+  office.welcome(7);
+  CHECK(office.result_of(command(7, 2)) == Result::ok);
+  CHECK(office.result_of(command(7, 2)) == Result::ok);  // again
+  CHECK(office.result_of(command(7, 3 + limits::kHeldCommands)) == Result::gap);
+  CHECK(office.result_of(command(9, 1)) == Result::unknown_client);
+  office.arrive({command(7, 3, office.coming)});  // for a tick: queued, then done
+  office.work();
+  CHECK(office.results() == std::vector<Result>{Result::queued, Result::ok});
+  const CommandDesk& desk = office.desk;
+  CHECK(desk.answered(Result::ok) == 3);  // hello, 2, 3
+  CHECK(desk.answered(Result::queued) == 1);
+  CHECK(desk.answered(Result::gap) == 1);
+  CHECK(desk.answered(Result::unknown_client) == 1);
+  CHECK(desk.repeated() == 1);
+  CHECK(desk.applied() == 3);
+  CHECK(desk.refused() == 2);
+}
+
 TEST_CASE("malformed bytes with a known client's header are told so in their turn") {
   Office office;
   office.welcome(7);

@@ -23,6 +23,8 @@ std::string other_value(const Setting& setting) {
   if (setting.key == "rate_hz") return "62.5";
   if (setting.key == "datagram_bytes") return "600";
   if (setting.key == "log_level") return "warn";
+  if (setting.key == "log_format") return "json";
+  if (setting.key == "metrics") return "127.0.0.1:9464";
   if (std::holds_alternative<bool Config::*>(setting.field)) {
     return value_text(setting, Config()) == "true" ? "false" : "true";
   }

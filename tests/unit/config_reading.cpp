@@ -32,6 +32,8 @@ threads = 2
 bodies_max = 7
 wrenches_max = 8
 log_level = "debug"
+log_format = "json"
+metrics = "[::1]:9464"
 )");
   const LoadedConfig loaded = load_config({file.path(), {}, {}});
   const Config& config = loaded.values;
@@ -47,6 +49,8 @@ log_level = "debug"
   CHECK(config.bodies_max == 7);
   CHECK(config.wrenches_max == 8);
   CHECK(config.log_level == "debug");
+  CHECK(config.log_format == "json");
+  CHECK(config.metrics == "[::1]:9464");
   // Nothing was forgotten above: each value is another than the default, and is the file's.
   int line = 1;
   for (const Setting& setting : settings()) {
@@ -87,6 +91,9 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
       {"bodies_max = -1", "cradled.toml:1: bodies_max: must be 0 to 1000000"},
       {"wrenches_max = 1000001", "cradled.toml:1: wrenches_max: must be 0 to 1000000"},
       {"threads = 257", "cradled.toml:1: threads: must be 1 to 256"},
+      {"log_format = 'xml'", "cradled.toml:1: log_format: \"xml\" is neither text nor json"},
+      {"metrics = '0.0.0.0:9464'",
+       "cradled.toml:1: metrics: \"0.0.0.0:9464\" is not an address of loopback like 127"},
       {"log_level = 'loud'", "cradled.toml:1: log_level: \"loud\" is none of trace, debug, info"},
   };
   for (const Case& c : cases) {

@@ -41,8 +41,14 @@ TEST_CASE("a payload of the wrong size is counted and kept out") {
   inbox.put(MessageKind::set_gravity, payload);
   inbox.put(MessageKind::spawn, gravity(1));  // its count says something else
   inbox.put(MessageKind::hello, {});
-  CHECK(inbox.rejected() == 3);
-  CHECK(inbox.dropped() == 0);
+  inbox.put(MessageKind::spawn, Bytes(11));                         // no room for a count
+  inbox.put(MessageKind::despawn, Bytes(200, std::uint8_t{0xff}));  // a count of -1
+  const Inbox::Counters counters = inbox.counters();
+  CHECK(counters.wrong_size == 3);
+  CHECK(counters.no_count == 1);
+  CHECK(counters.bad_count == 1);
+  CHECK(counters.rejected() == 5);
+  CHECK(counters.dropped == 0);
   CHECK(!is_readable(inbox));
   CHECK(inbox.drain().commands.empty());
 }
@@ -52,7 +58,7 @@ TEST_CASE("a full inbox keeps the headers of what it cannot take, and counts wha
   Inbox inbox;
   const int most = limits::kInboxDatagrams;
   for (int i = 1; i <= most + kHeaders + 3; ++i) inbox.put(MessageKind::set_gravity, gravity(i));
-  CHECK(inbox.dropped() == 3);
+  CHECK(inbox.counters().dropped == 3);
   const auto contents = inbox.drain();
   CHECK(contents.commands.size() == static_cast<std::size_t>(most));
   REQUIRE(contents.overflow.size() == kHeaders);

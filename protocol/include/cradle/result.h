@@ -49,6 +49,9 @@ enum class Result : std::int32_t {
   contested = 108,      ///< two servers claim this world: end one of them
 };
 
+/// Answers of the server have numbers below this.
+inline constexpr int kServerResults = 100;
+
 /// The enumerator's name, "ok", "unknown_body", ...; "unlisted" for other numbers.
 CRADLE_EXPORT std::string_view to_string(Result result);
 

@@ -1,0 +1,190 @@
+#include "server/readings.h"
+
+#include <cradle/version.h>
+
+#include <algorithm>
+#include <charconv>
+#include <initializer_list>
+#include <string_view>
+
+#include "server/log.h"
+
+namespace cradle {
+namespace {
+
+struct Label {
+  std::string_view name, value;
+};
+
+/// Writes families of samples. Values of labels need no escape: they are constants and world names.
+class Page {
+ public:
+  void begin(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = name;
+    append({"# HELP ", name, " ", help, "\n# TYPE ", name, " ", type, "\n"});
+  }
+
+  void sample(std::initializer_list<Label> labels, auto value, std::string_view suffix = "") {
+    append({name_, suffix});
+    char separator = '{';
+    for (const Label& label : labels) {
+      text_ += separator;
+      append({label.name, "=\"", label.value, "\""});
+      separator = ',';
+    }
+    append({labels.size() == 0 ? " " : "} ", number(value), "\n"});
+  }
+
+  void counter(std::string_view name, std::string_view help, std::int64_t value) {
+    begin(name, "counter", help);
+    sample({}, value);
+  }
+  void gauge(std::string_view name, std::string_view help, auto value) {
+    begin(name, "gauge", help);
+    sample({}, value);
+  }
+
+  /// `labels`: none, or one.
+  void histogram(const DurationHistogram& histogram, Label label = {}) {
+    const bool has_label = !label.name.empty();
+    const auto bucket = [&](std::string_view bound, std::int64_t count) {
+      if (has_label) {
+        sample({label, {"le", bound}}, count, "_bucket");
+      } else {
+        sample({{"le", bound}}, count, "_bucket");
+      }
+    };
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < DurationHistogram::kBounds_s.size(); ++i) {
+      count += histogram.counts[i];
+      bucket(number(DurationHistogram::kBounds_s[i]), count);
+    }
+    count += histogram.counts.back();
+    bucket("+Inf", count);
+    if (has_label) {
+      sample({label}, histogram.sum_s, "_sum");
+      sample({label}, count, "_count");
+    } else {
+      sample({}, histogram.sum_s, "_sum");
+      sample({}, count, "_count");
+    }
+  }
+
+  std::string take() { return std::move(text_); }
+
+ private:
+  void append(std::initializer_list<std::string_view> parts) {
+    for (const std::string_view part : parts) text_ += part;
+  }
+  static std::string number(auto value) {
+    std::array<char, 32> digits{};
+    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
+  }
+
+  std::string text_;
+  std::string_view name_;
+};
+
+void write_time(Page& page, const Readings& r) {
+  page.counter("cradle_ticks_total", "Ticks made since the start.", r.tick);
+  page.begin("cradle_tick_seconds", "histogram", "Wall time of a tick.");
+  page.histogram(r.ticks.whole);
+  page.begin("cradle_tick_phase_seconds", "histogram", "Wall time of a tick's parts.");
+  page.histogram(r.ticks.apply, {"phase", "apply"});
+  page.histogram(r.ticks.collide, {"phase", "collide"});
+  page.histogram(r.ticks.solve, {"phase", "solve"});
+  page.histogram(r.ticks.publish, {"phase", "publish"});
+  page.gauge("cradle_tick_period_seconds", "Simulated time of a tick.", r.period_s);
+  page.counter("cradle_tick_overruns_total", "Ticks that came too late and slowed time.",
+               r.overruns);
+  page.gauge("cradle_real_time_factor", "Simulated over wall time, over the last second.",
+             r.real_time_factor);
+}
+
+void write_world(Page& page, const Readings& r) {
+  page.gauge("cradle_bodies", "Bodies there are.", r.bodies);
+  page.gauge("cradle_bodies_awake", "Dynamic bodies that are simulated.", r.awake);
+  page.gauge("cradle_contacts", "Touching contact points in the last tick.", r.contacts);
+  page.gauge("cradle_wrenches", "Wrenches that act.", r.wrenches);
+  page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
+}
+
+void write_commands(Page& page, const Readings& r) {
+  page.gauge("cradle_clients", "Clients heard within the last 10 s.", r.clients);
+  page.begin("cradle_commands_total", "counter",
+             "Answers to commands, by result; what was queued or held is answered again.");
+  for (int code = 0; code < kServerResults; ++code) {
+    const std::string_view name = to_string(static_cast<Result>(code));
+    if (name == "unlisted") continue;
+    page.sample({{"result", name}}, r.answers[static_cast<std::size_t>(code)]);
+  }
+  page.counter("cradle_answers_repeated_total", "Answers sent again because a command came again.",
+               r.repeated_answers);
+}
+
+void write_network(Page& page, const Readings& r) {
+  const auto fault = [&](DatagramFault f) { return r.control.faults[static_cast<std::size_t>(f)]; };
+  page.counter("cradle_datagrams_received_total",
+               "LCM messages on the port of commands, our own too.", r.control.received);
+  page.begin("cradle_datagrams_rejected_total", "counter",
+             "Datagrams on the port of commands that are no command, by reason.");
+  page.sample({{"reason", "too_short"}}, fault(DatagramFault::too_short));
+  page.sample({{"reason", "bad_magic"}}, fault(DatagramFault::bad_magic));
+  page.sample({{"reason", "fragment"}}, fault(DatagramFault::fragment));
+  page.sample({{"reason", "bad_channel"}}, fault(DatagramFault::bad_channel));
+  page.sample({{"reason", "too_long"}}, fault(DatagramFault::too_long));
+  page.sample({{"reason", "unknown_channel"}}, r.unknown_channel);
+  page.sample({{"reason", "no_count"}}, r.inbox.no_count);
+  page.sample({{"reason", "bad_count"}}, r.inbox.bad_count);
+  page.sample({{"reason", "wrong_size"}}, r.inbox.wrong_size);
+  page.sample({{"reason", "malformed"}}, r.malformed);
+  page.begin("cradle_datagrams_dropped_total", "counter",
+             "Datagrams lost on our side for want of room, by where.");
+  page.sample({{"reason", "kernel_buffer"}}, r.control.dropped_by_kernel);
+  page.sample({{"reason", "inbox_full"}}, r.inbox.dropped);
+  page.begin("cradle_datagrams_sent_total", "counter", "Datagrams sent, by port.");
+  page.sample({{"port", "control"}}, r.control.sent);
+  page.sample({{"port", "states"}}, r.states.sent);
+  page.begin("cradle_sent_bytes_total", "counter", "Payload of datagrams sent, by port.");
+  page.sample({{"port", "control"}}, r.control.sent_bytes);
+  page.sample({{"port", "states"}}, r.states.sent_bytes);
+  page.begin("cradle_send_failures_total", "counter", "Datagrams the host did not send, by port.");
+  page.sample({{"port", "control"}}, r.control.send_failures);
+  page.sample({{"port", "states"}}, r.states.send_failures);
+  page.counter("cradle_chunks_sent_total", "Chunks of states sent.", r.states.sent);
+  page.begin("cradle_chunks_dropped_total", "counter", "Chunks of states not sent, by reason.");
+  page.sample({{"reason", "overtaken"}}, r.chunks_overtaken);
+  page.sample({{"reason", "send_failed"}}, r.states.send_failures);
+}
+
+}  // namespace
+
+void DurationHistogram::add(double duration_s) {
+  const auto bucket = std::lower_bound(kBounds_s.begin(), kBounds_s.end(), duration_s);
+  ++counts[static_cast<std::size_t>(bucket - kBounds_s.begin())];
+  sum_s += duration_s;
+}
+
+std::string metrics_text(const Readings& r) {
+  Page page;
+  page.begin("cradle_build_info", "gauge", "What runs here; always 1.");
+  page.sample({{"version", CRADLE_VERSION}, {"protocol", std::to_string(kProtocolVersion)}}, 1);
+  page.begin("cradle_world_info", "gauge", "Which world this is; always 1.");
+  page.sample({{"world", r.world}}, 1);
+  write_time(page, r);
+  write_world(page, r);
+  write_commands(page, r);
+  write_network(page, r);
+  page.begin("cradle_log_lines_dropped_total", "counter",
+             "Lines that the log does not show, by reason.");
+  page.sample({{"reason", "repeated"}}, r.log_lines_left_out);
+  page.sample({{"reason", "stderr_full"}}, log_lines_lost());
+  return page.take();
+}
+
+void ReadingsBoard::put(const Readings& readings) {
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (lock) latest_ = readings;
+}
+
+}  // namespace cradle

@@ -2,8 +2,9 @@
 # One command: installs what is missing, builds everything, runs the tests in a network of their own.
 #
 # Usage: tests/run.sh [--sanitize address,undefined|thread] [--option -DX=Y] [CTEST OPTION...]
-#   tests/run.sh                    all tests
+#   tests/run.sh                    all tests but the long ones
 #   tests/run.sh -L unit            those of one folder: unit, physics, wire, integration, replay
+#   tests/run.sh -L long            the long ones: endurance
 #   tests/run.sh -R "eight client"  those whose name matches
 set -euo pipefail
 
@@ -29,4 +30,6 @@ install_packages
 echo "building $build_dir"
 build_programs "${options[@]}" --
 find_network
+# The long tests run when they are asked for.
+[[ " $* " == *" -L"* || " $* " == *" --label-regex"* ]] || set -- -LE '^long$' "$@"
 in_network ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)" "$@"

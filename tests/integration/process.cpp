@@ -131,6 +131,17 @@ std::vector<std::string> serve_arguments(std::vector<std::string> more) {
   return all;
 }
 
+long anonymous_kB(int process) {
+  std::ifstream rollup("/proc/" + std::to_string(process) + "/smaps_rollup");
+  for (std::string word; rollup >> word;) {
+    if (word != "Anonymous:") continue;
+    long kilobytes = 0;
+    rollup >> kilobytes;
+    return kilobytes;
+  }
+  return 0;
+}
+
 int line_count(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
 }

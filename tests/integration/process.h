@@ -51,6 +51,10 @@ std::string own_url();
 /// The arguments of `cradled serve` for the world "test" on own_url(), and some more.
 std::vector<std::string> serve_arguments(std::vector<std::string> more = {});
 
+/// Memory of a process that no file stands behind, kB (proc(5), smaps_rollup); 0 if that cannot be
+/// read. Unlike the resident size it does not change with who else runs the same program.
+long anonymous_kB(int process);
+
 /// Lines in `text`.
 int line_count(const std::string& text);
 

@@ -35,6 +35,15 @@ class BodyLedger {
     check_where_they_are(world);
   }
 
+  /// Sum of all angular speeds, at the last check.
+  double turning_radps() const {
+    double sum = 0;
+    for (const BodyState& s : states_) {
+      sum += std::abs(s.w_WB.x) + std::abs(s.w_WB.y) + std::abs(s.w_WB.z);
+    }
+    return sum;
+  }
+
   /// The world's news since the last call, after its check.
   void check_events(World& world) {
     for (const Event& event : world.take_events()) {

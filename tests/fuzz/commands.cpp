@@ -14,6 +14,7 @@ namespace {
 // So that an input takes milliseconds.
 constexpr int kStepsMax = 48;
 constexpr int kDatagramsMax = 256;
+constexpr double kTurnMax_rad = 20'000;  // all bodies: a turn of 0.16 rad is a step of its own
 constexpr std::int64_t kBodiesMax = 10;
 constexpr std::int64_t kWrenchesMax = 20;
 
@@ -36,7 +37,7 @@ class Run {
   }
 
   void go() {
-    for (int i = 0; i < kDatagramsMax && steps_ < kStepsMax && !in_.is_empty(); ++i) {
+    for (int i = 0; i < kDatagramsMax && !is_expensive() && !in_.is_empty(); ++i) {
       switch (in_.below(8)) {
         case 0:
           tick();
@@ -53,6 +54,7 @@ class Run {
 
  private:
   Tick coming() const { return world_.tick() + 1; }
+  bool is_expensive() const { return steps_ >= kStepsMax || turned_rad_ > kTurnMax_rad; }
 
   void arrive(const Command& command) {
     RawCommand raw{kind_of(command.body), encode(command)};
@@ -90,6 +92,7 @@ class Run {
       ++steps_;
       bodies_.check(world_);
       bodies_.check_events(world_);
+      turned_rad_ += bodies_.turning_radps() / world_.settings().rate_hz;
     }
     answer_finished_steps();
     receipts_.compare(desk_.take_receipts());
@@ -133,6 +136,7 @@ class Run {
   BodyLedger bodies_;
   Inbox::Contents waiting_;
   int steps_ = 0;
+  double turned_rad_ = 0;
 };
 
 }  // namespace

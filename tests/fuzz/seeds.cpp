@@ -144,12 +144,15 @@ void write_commands(const Seeds& seeds) {
     honest.push_back(0);  // a tick
   }
   seeds.write("commands", "every_kind", honest);
+}
 
+/// For targets that make their messages of any bytes themselves.
+void write_random(const Seeds& seeds, const std::string& target) {
   test::Samples samples(43);
   for (int i = 0; i < 8; ++i) {
-    Bytes random(4096);
+    Bytes random(1024);
     for (auto& byte : random) byte = static_cast<std::uint8_t>(samples.bits());
-    seeds.write("commands", "random_" + std::to_string(i), random);
+    seeds.write(target, "random_" + std::to_string(i), random);
   }
 }
 
@@ -165,5 +168,7 @@ int main(int count, char** arguments) {
   cradle::fuzz::write_decoders(seeds);
   cradle::fuzz::write_receiver(seeds);
   cradle::fuzz::write_commands(seeds);
+  cradle::fuzz::write_random(seeds, "commands");
+  cradle::fuzz::write_random(seeds, "client");
   return 0;
 }

@@ -54,7 +54,7 @@ keep_corpus() {
   local target=$1 kept=$found/$1.kept
   rm -rf "$kept" && mkdir "$kept"
   cp "$corpus/$target"/*[!0-9a-f]* "$kept"
-  in_network "$build_dir/bin/fuzz_$target" -merge=1 -use_counters=0 -max_len=2048 "$kept" "$corpus/$target" \
+  in_network "$build_dir/bin/fuzz_$target" -set_cover_merge=1 -use_counters=0 -max_len=2048 "$kept" "$corpus/$target" \
     "$found/$target" >"$found/$target.merge.log" 2>&1
   rm -rf "${corpus:?}/$target" && mv "$kept" "$corpus/$target"
 }

@@ -26,6 +26,19 @@ class BodyLedger {
     if (const auto* set = std::get_if<SetMotion>(&command)) note_motions(world, *set);
   }
 
+  /// A command was refused: not for a name that is free, nor for a body that is there.
+  void check_refusal(const CommandBody& command, const Outcome& outcome) const {
+    const auto item = static_cast<std::size_t>(outcome.item);
+    if (outcome.result == Result::duplicate_name) {
+      const std::string& name = std::get<Spawn>(command).bodies.at(item).name;
+      require(is_taken(name, std::get<Spawn>(command), item),
+              "a name is refused while it is taken");
+    }
+    if (outcome.result == Result::unknown_body) {
+      require(!bodies_.contains(body_of(command, item).value), "a body that is there is known");
+    }
+  }
+
   /// After every command and every step.
   void check(const World& world) {
     require(world.body_count() == static_cast<std::int64_t>(bodies_.size()),
@@ -62,6 +75,21 @@ class BodyLedger {
     BodySpec spec;
     Vec3 p_WBo;  ///< of a fixed body, for good
   };
+
+  bool is_taken(const std::string& name, const Spawn& spawn, std::size_t item) const {
+    const auto has_name = [&](const BodySpec& spec) { return spec.name == name; };
+    return std::any_of(spawn.bodies.begin(), spawn.bodies.begin() + static_cast<long>(item),
+                       has_name) ||
+           std::any_of(bodies_.begin(), bodies_.end(),
+                       [&](const auto& entry) { return has_name(entry.second.spec); });
+  }
+
+  static BodyId body_of(const CommandBody& command, std::size_t item) {
+    if (const auto* c = std::get_if<Despawn>(&command)) return c->bodies.at(item);
+    if (const auto* c = std::get_if<ClearWrenches>(&command)) return c->bodies.at(item);
+    if (const auto* c = std::get_if<Push>(&command)) return c->wrenches.at(item).body;
+    return std::get<SetMotion>(command).motions.at(item).body;
+  }
 
   void note_spawn(const Spawn& spawn, BodyId first) {
     require(first.value > last_id_, "ids grow, and are never used again");

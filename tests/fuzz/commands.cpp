@@ -106,6 +106,7 @@ class Run {
       bodies_.note(world_, command.body, outcome);
     } else {
       require(world_.hash() == before, "what is refused, or waits, changes nothing");
+      bodies_.check_refusal(command.body, outcome);
     }
     bodies_.check(world_);
     bodies_.check_events(world_);

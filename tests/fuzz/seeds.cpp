@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/fuzz/command_maker.h"
+#include "tests/wire/layout.h"
 #include "tests/wire/samples.h"
 
 namespace cradle::fuzz {
@@ -49,6 +50,30 @@ void write_decoders(const Seeds& seeds) {
       append(bytes, test::bytes_of(samples.message(kind, items)));
       if (items == 3) bytes.resize(bytes.size() + limits::kTrailerBytes);
       seeds.write("decoders", suffix(kind) + "_" + std::to_string(items), bytes);
+    }
+  }
+}
+
+/// Counts that lie: with the size that their product with an item's wraps to, or would have below
+/// zero.
+void write_liars(const Seeds& seeds) {
+  test::Samples samples(44);
+  for (const MessageKind kind : test::kAllKinds) {
+    const auto [fixed, item] = test::layout_of(kind);
+    if (item == 0) continue;
+    const auto write = [&, at = test::kCountAt](const std::string& name, std::int32_t count,
+                                                std::size_t size) {
+      Bytes payload = test::bytes_of(samples.message(kind, 3));
+      payload.resize(size);
+      test::write_field(payload, at, count);
+      Bytes bytes{static_cast<std::uint8_t>(kind)};
+      append(bytes, payload);
+      seeds.write("decoders", suffix(kind) + name, bytes);
+    };
+    write("_too_many", 4, fixed + 3 * item);
+    write("_wraps", 1 << 29, fixed);
+    if (fixed + limits::kTrailerBytes >= item + test::kCountAt + 4) {
+      write("_negative", -1, fixed + limits::kTrailerBytes - item);
     }
   }
 }
@@ -136,8 +161,9 @@ void write_commands(const Seeds& seeds) {
                                            Control{ControlAction::pause, 0},
                                            Control{ControlAction::step, 3},
                                            Control{ControlAction::resume, 0},
-                                           Despawn{{{3}}}};
-  Bytes honest(4, 0);  // settings and rights
+                                           Despawn{{{3}}},
+                                           Spawn{{box}}};  // its name is free again
+  Bytes honest(4, 0);                                      // settings and rights
   std::int64_t sequence = 0;
   for (const CommandBody& body : bodies) {
     append_command(honest, {{1, ++sequence, CommandMaker::kEpoch, 0}, body});
@@ -166,6 +192,7 @@ int main(int count, char** arguments) {
   }
   const cradle::fuzz::Seeds seeds(arguments[1]);
   cradle::fuzz::write_decoders(seeds);
+  cradle::fuzz::write_liars(seeds);
   cradle::fuzz::write_receiver(seeds);
   cradle::fuzz::write_commands(seeds);
   cradle::fuzz::write_random(seeds, "commands");

@@ -110,9 +110,8 @@ class Run {
  public:
   explicit Run(Input input)
       : in_(input),
-        core_(
-            "w", "fuzzer", control_.join(), [this](int port) { return open_states(port); },
-            kNumber) {
+        core_("w", "fuzzer", control_.join(), [this](int port) { return open_states(port); },
+              {kNumber, 1}) {
     core_.callbacks.on_answer = [this](Ticket ticket, const Answer&) {
       require(waiting_.erase(ticket.number) == 1, "every ticket is answered once");
     };

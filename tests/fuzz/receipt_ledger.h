@@ -27,7 +27,8 @@ class ReceiptLedger {
       take(*command, coming_tick);
     } else if (const auto header = peek_header(kind, payload);
                header && clients_.contains(header->client)) {
-      foresee(*header, Result::malformed);
+      // It has its turn as any other, and is answered `malformed` then.
+      take({{header->client, header->sequence, header->epoch, 0}, Despawn{}}, coming_tick);
     }
   }
 
@@ -74,7 +75,8 @@ class ReceiptLedger {
   struct Open {
     Tick target = 0;
     bool is_due = false;
-    bool is_step = false;            ///< its steps are being made
+    bool is_step = false;  ///< its steps are being made
+    bool is_of_earlier_run = false;
     std::optional<Receipt> receipt;  ///< `queued`
   };
   struct Client {
@@ -97,8 +99,11 @@ class ReceiptLedger {
       return is_hello ? greet(command) : foresee(header, Result::unknown_client);
     }
     Client& client = known->second;
+    const bool is_beyond = header.sequence >= client.next + limits::kHeldCommands;
+    if (is_hello && is_beyond) begin_anew(client, header.sequence);
     if (header.sequence < client.next) return repeat(client, header);
-    if (header.sequence >= client.next + limits::kHeldCommands) return foresee(header, Result::gap);
+    if (is_beyond && !is_hello) return foresee(header, Result::gap);
+    if (header.sequence > client.next) foresee(header, Result::held);
     client.held.emplace(header.sequence, command);
     for (auto first = client.held.find(client.next); first != client.held.end();
          first = client.held.find(++client.next)) {
@@ -118,11 +123,22 @@ class ReceiptLedger {
     client.open[command.header.sequence] = {};  // whatever its target
   }
 
+  /// Its program was started again under its number: what waits still happens, but answers given
+  /// before are not repeated.
+  static void begin_anew(Client& client, std::int64_t sequence) {
+    client.next = sequence;
+    client.held.clear();
+    client.final.clear();
+    for (auto& [number, open] : client.open) open.is_of_earlier_run = true;
+  }
+
   void repeat(const Client& client, const CommandHeader& header) {
     if (const auto found = client.final.find(header.sequence); found != client.final.end()) {
       foreseen_.push_back(found->second);
     } else if (const auto waits = client.open.find(header.sequence); waits == client.open.end()) {
       foresee(header, Result::expired);  // from before its hello
+    } else if (waits->second.is_of_earlier_run) {
+      foresee(header, Result::expired);
     } else if (waits->second.receipt) {
       foreseen_.push_back(*waits->second.receipt);
     }
@@ -130,7 +146,7 @@ class ReceiptLedger {
 
   void open(Client& client, const CommandHeader& header, Tick coming) {
     const Tick target = header.target_tick;
-    client.open[header.sequence] = {target, false, false, std::nullopt};
+    client.open[header.sequence] = {target, false, false, false, std::nullopt};
     if (target == 0) return;
     if (target < coming) return foresee_answer(header, {Result::late, {}, 0}, 0);
     if (target > coming + limits::kTicksAhead) {
@@ -147,6 +163,7 @@ class ReceiptLedger {
     require(waits != client.open.end(), "a command is answered for good once");
     if (outcome.result == Result::queued) {
       waits->second.is_step = waits->second.is_due;
+      waits->second.is_of_earlier_run = false;
       waits->second.receipt = receipt;
     } else {
       client.open.erase(waits);

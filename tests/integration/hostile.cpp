@@ -194,7 +194,7 @@ class Flood {
                                    Target::control,       Target::control, Target::states,
                                    Target::states,        Target::states,  Target::control_unicast,
                                    Target::states_unicast};
-    for (int i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       const Bytes datagram = mutator.next();
       Target target = kTargets[i % std::size(kTargets)];
       if (target == Target::control && !may_forge && is_forgery(datagram)) {

@@ -28,6 +28,7 @@ class CommandMaker {
     header.epoch = in_.one_in(32) ? in_.any<std::uint8_t>() : kEpoch;
     header.target_tick = target(coming_tick);
     const bool is_hello = is_first && !in_.one_in(16);
+    if (is_hello) header.epoch = 0;
     return {header, is_hello ? CommandBody{Hello{kProtocolVersion, "fuzzer"}} : body()};
   }
 

@@ -93,7 +93,8 @@ class ReceiptLedger {
   void take(const Command& command, Tick coming) {
     const CommandHeader& header = command.header;
     const bool is_hello = std::holds_alternative<Hello>(command.body);
-    if (!is_hello && header.epoch != epoch_) return foresee(header, Result::wrong_epoch);
+    const bool is_for_any = is_hello && header.epoch == 0;
+    if (header.epoch != epoch_ && !is_for_any) return foresee(header, Result::wrong_epoch);
     const auto known = clients_.find(header.client);
     if (known == clients_.end()) {
       return is_hello ? greet(command) : foresee(header, Result::unknown_client);

@@ -14,7 +14,7 @@ namespace {
 // So that an input takes milliseconds.
 constexpr int kStepsMax = 48;
 constexpr int kDatagramsMax = 256;
-constexpr double kTurnMax_rad = 5'000;  // all bodies: a turn of 0.16 rad is a step of its own
+constexpr double kTurnMax_rad = 500;  // all bodies: a turn of 0.16 rad is a step of its own
 constexpr std::int64_t kBodiesMax = 6;
 constexpr std::int64_t kWrenchesMax = 20;
 

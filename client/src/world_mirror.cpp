@@ -88,7 +88,7 @@ void WorldMirror::merge(const StateChunk& chunk, Time now) {
     if (known != last && known->state.body == state.body) {
       merged_.push_back(chunk.tick >= known->tick ? view_of(state) : *known);
       ++known;
-    } else if (chunk.tick >= current_.tick) {
+    } else if (chunk.tick >= current_.tick && bodies_.size() < limits::kBodies) {
       merged_.push_back(view_of(state));  // from an older tick it may be gone already
     }
   }
@@ -116,8 +116,10 @@ std::span<const Event> WorldMirror::take(const Events& batch) {
 void WorldMirror::remember(const Event& event) {
   if (event.kind == EventKind::removed) {
     forget(event.body);
-  } else if (event.kind != EventKind::quarantined && about_.size() < limits::kBodies) {
-    about_.insert_or_assign(event.body.value, event);
+  } else if (event.kind != EventKind::quarantined) {
+    forget(event.body);  // what else it was said to be: a liar's names must not pile up
+    if (about_.size() >= limits::kBodies) return;
+    about_.emplace(event.body.value, event);
     if (!event.name.empty()) by_name_.insert_or_assign(event.name, event.body);
   }
 }

@@ -68,6 +68,20 @@ TEST_CASE("a full inbox keeps the headers of what it cannot take, and counts wha
   CHECK(inbox.drain().commands.size() == 1);
 }
 
+TEST_CASE("an inbox is full, too, when its commands have too many bytes together") {
+  const Bytes large = encode(Command{{7, 1, 9, 0}, Despawn{std::vector<BodyId>(8000, BodyId{1})}});
+  const auto fitting = static_cast<std::size_t>(limits::kInboxBytes) / large.size();
+  REQUIRE(fitting < static_cast<std::size_t>(limits::kInboxDatagrams));
+  Inbox inbox;
+  for (int round = 0; round < 2; ++round) {  // draining makes room for as much again
+    for (std::size_t i = 0; i < fitting + 2; ++i) inbox.put(MessageKind::despawn, large);
+    const auto contents = inbox.drain();
+    CHECK(contents.commands.size() == fitting);
+    CHECK(contents.overflow.size() == 2);
+  }
+  CHECK(inbox.counters().dropped == 0);
+}
+
 TEST_CASE("the inbox wakes whoever polls it until it is drained") {
   Inbox inbox;
   CHECK(!is_readable(inbox));

@@ -24,9 +24,6 @@ Decoded decode_and_count(MessageKind kind, ByteView payload) {
   return {std::move(message), allocated_bytes() - before};
 }
 
-/// Generated structs and values, each not much larger than on the wire, and names beside them.
-std::size_t allowance(const Bytes& payload) { return 4 * payload.size(); }
-
 }  // namespace
 
 TEST_CASE("a message cut anywhere is refused") {
@@ -71,7 +68,7 @@ TEST_CASE("any flipped bit is refused or gives the message that has these very b
       flipped[bit / 8] = static_cast<std::uint8_t>(flipped[bit / 8] ^ (1u << bit % 8));
       const auto [message, allocated] = decode_and_count(kind, flipped);
       CAPTURE(static_cast<int>(kind), bit);
-      REQUIRE(allocated <= allowance(flipped));
+      REQUIRE(allocated <= decoder_limit(flipped.size()));
       if (bit / 8 < kFingerprintBytes) REQUIRE(!message);
       if (message) REQUIRE(bytes_of(*message) == flipped);
     }
@@ -134,7 +131,7 @@ TEST_CASE("random bytes behind an honest fingerprint and count are answered") {
       }
       const auto [message, allocated] = decode_and_count(kind, noisy);
       CAPTURE(static_cast<int>(kind), round);
-      REQUIRE(allocated <= allowance(noisy));
+      REQUIRE(allocated <= decoder_limit(noisy.size()));
       if (message) REQUIRE(bytes_of(*message) == noisy);
       peek_header(kind, noisy);
     }

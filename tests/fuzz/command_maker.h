@@ -1,0 +1,200 @@
+/// Makes commands from a fuzzer's bytes: mostly such as a client would send, with numbers at and
+/// beyond their limits, ids and sequences of others, and targets before and after their time.
+#pragma once
+
+#include <cradle/limits.h>
+#include <cradle/version.h>
+
+#include <array>
+#include <limits>
+#include <map>
+
+#include "tests/fuzz/input.h"
+
+namespace cradle::fuzz {
+
+class CommandMaker {
+ public:
+  static constexpr std::int64_t kEpoch = 77;
+
+  explicit CommandMaker(Input& input) : in_(input) {}
+
+  Command command(Tick coming_tick) {
+    CommandHeader header;
+    header.client = 1 + static_cast<std::int64_t>(in_.below(4));
+    std::int64_t& next = next_[header.client];
+    const bool is_first = next == 0;
+    header.sequence = sequence(next);
+    header.epoch = in_.one_in(32) ? in_.any<std::uint8_t>() : kEpoch;
+    header.target_tick = target(coming_tick);
+    const bool is_hello = is_first && !in_.one_in(16);
+    if (is_hello) header.epoch = 0;
+    return {header, is_hello ? CommandBody{Hello{kProtocolVersion, "fuzzer"}} : body()};
+  }
+
+ private:
+  std::int64_t sequence(std::int64_t& next) {
+    switch (in_.below(16)) {
+      case 0:  // said already
+        return 1 + static_cast<std::int64_t>(in_.below(static_cast<std::size_t>(next % 255) + 1));
+      case 1:  // leaves a gap, which the next one may fill
+        return next + 2;
+      case 2:
+        return 1 + next + 4 * static_cast<std::int64_t>(in_.any<std::uint8_t>());
+      case 3:
+        return integer();
+      default:
+        return ++next;
+    }
+  }
+
+  Tick target(Tick coming) {
+    switch (in_.below(16)) {
+      case 0:
+        return coming;
+      case 1:
+        return coming + static_cast<Tick>(in_.below(8));
+      case 2:
+        return 1;
+      case 3:
+        return coming + limits::kTicksAhead + static_cast<Tick>(in_.below(2));
+      case 4:
+        return integer();
+      default:
+        return 0;
+    }
+  }
+
+  CommandBody body() {
+    const auto id = [this] { return body_id(); };
+    switch (in_.below(12)) {
+      case 0:
+        return Hello{in_.one_in(8) ? in_.any<std::int32_t>() : kProtocolVersion, name()};
+      case 1:
+      case 2:
+      case 3:
+        return Spawn{list([this] { return spec(); })};
+      case 4:
+        return Despawn{list(id)};
+      case 5:
+      case 6:
+        return Push{list([this] { return wrench(); })};
+      case 7:
+        return ClearWrenches{list(id)};
+      case 8:
+      case 9:
+        return SetMotion{list([this] { return motion(); })};
+      case 10:
+        return SetGravity{vector()};
+      default:
+        return control();
+    }
+  }
+
+  template <class Make>
+  std::vector<std::invoke_result_t<Make>> list(Make make) {
+    std::vector<std::invoke_result_t<Make>> items;
+    const std::size_t count = in_.one_in(16) ? in_.below(20) : 1 + in_.below(3);
+    while (items.size() < count) items.push_back(make());
+    return items;
+  }
+
+  std::int64_t integer() { return in_.any<std::int64_t>() & limits::kIntegerMax; }
+  BodyId body_id() {
+    return {in_.one_in(16) ? integer() : 1 + static_cast<std::int64_t>(in_.below(16))};
+  }
+  template <class Enum>
+  Enum one_of(Enum last) {
+    return static_cast<Enum>(in_.below(static_cast<std::size_t>(last) + 1));
+  }
+
+  /// Small and even ones from one byte, so that bodies meet; the limits and what is beyond them;
+  /// any bits.
+  double number() {
+    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    static constexpr std::array kSpecial = {
+        0.0,   1.0,        -1.0,      1e-4,
+        1e-9,  1e-18,      1e3,       1e4,
+        1e5,   1e6,        1e8,       1e15,
+        1e18,  1e27,       -1e5,      -1e6,
+        -1e8,  -1e18,      1e-30,     1e-100,
+        1e100, 1e200,      5e-5,      1e16,
+        1e19,  1e-160,     1e160,     5e-324,
+        1e308, -kInfinity, kInfinity, std::numeric_limits<double>::quiet_NaN()};
+    const auto choice = in_.any<std::uint8_t>();
+    if (choice < 192) return (choice - 96) / 16.0;
+    if (choice < 192 + kSpecial.size()) return kSpecial[choice - 192u];
+    return in_.any<double>();
+  }
+  double positive() { return std::abs(number()); }
+  Vec3 vector() {
+    const double x = number(), y = number();
+    return {x, y, number()};
+  }
+  Quat rotation() {
+    if (in_.one_in(2)) return {};
+    const double w = number(), x = number(), y = number();
+    return {w, x, y, number()};
+  }
+  std::string name() {
+    if (!in_.one_in(4)) return {};
+    const ByteView bytes = in_.take(in_.below(34));
+    return {bytes.begin(), bytes.end()};
+  }
+
+  Shape shape() {
+    Shape s{one_of(ShapeKind::half_space), {}};
+    const std::size_t sizes = s.kind == ShapeKind::box ? 3 : s.kind == ShapeKind::sphere ? 1 : 0;
+    for (std::size_t i = 0; i < sizes; ++i) s.parameters[i] = positive();
+    if (in_.one_in(32)) s.parameters[in_.below(8)] = number();
+    return s;
+  }
+  BodySpec spec() {
+    BodySpec s;
+    s.kind = one_of(BodyKind::dynamic);
+    s.shape = shape();
+    s.mass_kg = positive();
+    if (in_.one_in(4)) s.density_kgpm3 = positive();
+    if (in_.one_in(8)) s.inertia_kgm2 = vector();
+    if (in_.one_in(4)) s.material = {number(), number()};
+    s.p_WBo = vector();
+    s.q_WB = rotation();
+    if (in_.one_in(2)) s.v_WBcm = vector();
+    if (in_.one_in(2)) s.w_WB = vector();
+    s.name = name();
+    return s;
+  }
+  Wrench wrench() {
+    Wrench w;
+    w.body = body_id();
+    w.quantity = one_of(WrenchQuantity::acceleration);
+    w.frame = one_of(WrenchFrame::body);
+    w.point_kind = one_of(WrenchPoint::body_point);
+    w.duration = one_of(WrenchDuration::until_cleared);
+    if (w.duration == WrenchDuration::ticks) w.ticks = in_.one_in(8) ? integer() : 3;
+    w.value = vector();
+    if (w.point_kind != WrenchPoint::centre_of_mass) w.point = vector();
+    return w;
+  }
+  Motion motion() {
+    Motion m;
+    m.body = body_id();
+    m.sets_pose = in_.one_in(2);
+    m.sets_velocity = in_.one_in(2);
+    m.p_WBo = vector();
+    m.q_WB = rotation();
+    m.v_WBcm = vector();
+    m.w_WB = vector();
+    return m;
+  }
+  Control control() {
+    Control c{one_of(ControlAction::shutdown), 0};
+    if (c.action == ControlAction::step) c.steps = in_.one_in(8) ? integer() : 3;
+    return c;
+  }
+
+  Input& in_;
+  std::map<std::int64_t, std::int64_t> next_;  ///< last sequence given out, by client
+};
+
+}  // namespace cradle::fuzz

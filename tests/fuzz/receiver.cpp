@@ -64,7 +64,7 @@ class Network {
   std::vector<Message> receive(std::int64_t count) {
     using namespace std::chrono_literals;
     std::vector<Message> messages;
-    const auto heard = [this] { return receiver_.stats().received + receiver_.stats().rejected; };
+    const auto heard = [this] { return receiver_.stats().received + receiver_.stats().rejected(); };
     const std::int64_t before = heard();
     for (int tries = 0; tries < 50 && (tries == 0 || heard() - before < count); ++tries) {
       receiver_.receive(count == 0 ? 0us : 100ms, [&](std::string_view channel, ByteView payload) {

@@ -18,6 +18,7 @@ Receipt refusal(const CommandHeader& header, Result result) {
 ReceiveWindow::Verdict ReceiveWindow::arrive(Command&& command) {
   using Kind = Verdict::Kind;
   const CommandHeader header = command.header;
+  if (header.sequence < first_) return {Kind::answered, refusal(header, Result::superseded)};
   if (header.sequence < next_) {
     if (const auto open = open_.find(header.sequence); open != open_.end()) {
       return open->second ? Verdict{Kind::answered, *open->second} : Verdict{Kind::held, {}};
@@ -75,6 +76,12 @@ void SendWindow::add(MessageKind kind, Bytes payload, Time now) {
   pending.payload = std::move(payload);
   pending.first_sent = pending.next_send = now;
   pending_.emplace(next_++, std::move(pending));
+}
+
+void SendWindow::ask_again(std::int64_t sequence, Time now) {
+  Pending& pending = pending_.at(sequence);
+  pending.last_sent = now - kSafePause;
+  pending.next_send = now;
 }
 
 void SendWindow::note_tick(Tick tick, Time now) {

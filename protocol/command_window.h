@@ -1,7 +1,7 @@
 /// Exactly once and in order, over a wire that loses, doubles and reorders: the two ends of one
 /// client's sequence of commands. No clock, no wire: time is what the caller says it is.
 ///
-/// The client numbers its commands 1, 2, 3, ... and sends each again until its receipt has come.
+/// The client numbers its commands without gaps and sends each again until its receipt has come.
 /// The server takes them strictly in that order, holds back what arrives behind a gap, and answers
 /// a repeated command with the receipt it gave the first time.
 #pragma once
@@ -23,7 +23,7 @@ namespace cradle {
 class ReceiveWindow {
  public:
   /// `first` is the sequence of the client's hello.
-  explicit ReceiveWindow(std::int64_t first) : next_(first) {}
+  explicit ReceiveWindow(std::int64_t first) : first_(first), next_(first) {}
 
   /// What to do with an arriving command.
   struct Verdict {
@@ -53,6 +53,7 @@ class ReceiveWindow {
   const std::map<std::int64_t, Command>& held() const { return held_; }
 
  private:
+  std::int64_t first_;                    ///< lower ones are of an earlier client of this number
   std::int64_t next_;                     ///< sequence that is to be taken next
   std::map<std::int64_t, Command> held_;  ///< arrived, next_ <= sequence
   /// Taken, without a final answer; the receipt, if any, says `queued`.
@@ -104,6 +105,9 @@ class SendWindow {
     if (resends > 0) slow_down(now);
     return resends;
   }
+
+  /// Sends what is pending under this number again with the next send_due().
+  void ask_again(std::int64_t sequence, Time now);
 
   /// The world has come to `tick`: the answer of what was queued for it should have come, and is
   /// asked for again soon.

@@ -28,6 +28,8 @@ std::string_view to_string(Result result) {
       return "too_far_ahead";
     case Result::busy:
       return "busy";
+    case Result::superseded:
+      return "superseded";
     case Result::not_allowed:
       return "not_allowed";
     case Result::unknown_body:

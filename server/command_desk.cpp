@@ -52,7 +52,7 @@ void CommandDesk::admit_one(Command&& command, Tick coming_tick, std::int64_t no
     return is_hello ? greet(std::move(command), now_us) : refuse(header, Result::unknown_client);
   }
   Session& session = found->second;
-  if (is_hello && session.window.is_beyond(header.sequence)) begin_anew(session, header);
+  if (is_hello && session.window.is_beyond(header.sequence)) begin_anew(session, command);
   session.heard_us = now_us;
   if (session.window.is_new(header.sequence)) {
     const std::int64_t bytes = encoded_size(command.body);
@@ -84,7 +84,10 @@ void CommandDesk::greet(Command&& command, std::int64_t now_us) {
   const auto& hello = std::get<Hello>(command.body);
   const Result fault = validate(command.body).result;
   if (fault != Result::ok) return refuse(header, fault);
-  if (!make_room(now_us)) return refuse(header, Result::over_quota);
+  if (!make_room(now_us)) {
+    turned_away_.push_back(hello.name);
+    return refuse(header, Result::over_quota);
+  }
   newcomers_.push_back(hello.name);
   waiting_bytes_ += encoded_size(command.body);
   Session session{hello.name, ReceiveWindow(header.sequence), now_us, 0};
@@ -95,9 +98,10 @@ void CommandDesk::greet(Command&& command, std::int64_t now_us) {
 
 /// The client's program was started again and keeps its number: its earlier run's commands for
 /// later ticks still happen, those behind a gap will never be complete.
-void CommandDesk::begin_anew(Session& session, const CommandHeader& hello) {
+void CommandDesk::begin_anew(Session& session, const Command& hello) {
   forget_held(session);
-  session.window = ReceiveWindow(hello.sequence);
+  session.name = std::get<Hello>(hello.body).name;
+  session.window = ReceiveWindow(hello.header.sequence);
   newcomers_.push_back(session.name);
 }
 

@@ -54,6 +54,8 @@ class CommandDesk {
 
   /// Clients that have said hello since the last call.
   std::vector<std::string> take_newcomers() { return std::exchange(newcomers_, {}); }
+  /// Those that found no room.
+  std::vector<std::string> take_turned_away() { return std::exchange(turned_away_, {}); }
 
  private:
   struct Session {
@@ -67,7 +69,7 @@ class CommandDesk {
   void admit_one(Command&& command, Tick coming_tick, std::int64_t now_us);
   void greet(Command&& command, std::int64_t now_us);
   void accept(Session& session, Command&& command, Tick coming_tick);
-  void begin_anew(Session& session, const CommandHeader& hello);
+  void begin_anew(Session& session, const Command& hello);
   void forget_held(const Session& session);
   bool make_room(std::int64_t now_us);
   void refuse(const CommandHeader& header, Result result);
@@ -79,6 +81,7 @@ class CommandDesk {
   std::int64_t waiting_bytes_ = 0;            ///< of those and of what the sessions hold
   std::vector<Receipt> outgoing_;
   std::vector<std::string> newcomers_;
+  std::vector<std::string> turned_away_;
   std::array<std::int64_t, kServerResults> answered_{};  ///< by Result
   std::int64_t repeated_ = 0;
   std::int64_t malformed_ = 0;

@@ -9,6 +9,7 @@
 #include <map>
 #include <ostream>
 
+#include "protocol/transport/lcm_url.h"
 #include "server/simulate.h"
 #include "server/toml_reader.h"
 
@@ -193,6 +194,17 @@ std::vector<std::string> find_faults(const std::string& file) {
   return texts;
 }
 
+/// What a value that leaves the choice to us comes to.
+std::string meaning(std::string_view key, const Config& config) {
+  const LcmUrl url = *parse_lcm_url(config.lcm_url);
+  if (key == "lcm_url" && config.lcm_url.empty()) return ": " + url.text();
+  if (key == "rate_hz" && config.rate_hz == 0) return ": as the scene says";
+  if (key == "datagram_bytes" && config.datagram_bytes == 0) {
+    return ": " + std::to_string(default_datagram_bytes(url));
+  }
+  return "";
+}
+
 void print_config(std::ostream& out, const LoadedConfig& config) {
   Config values = config.values;
   for (const Setting& setting : settings()) {
@@ -202,7 +214,8 @@ void print_config(std::ostream& out, const LoadedConfig& config) {
     for (char& c : origin) {  // no comment may have these
       if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = '?';
     }
-    out << setting.key << " = " << value_text(setting, values) << "  # " << origin << '\n';
+    out << setting.key << " = " << value_text(setting, values) << "  # " << origin
+        << meaning(setting.key, values) << '\n';
   }
 }
 

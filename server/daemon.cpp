@@ -128,10 +128,25 @@ Daemon::Presence Daemon::look_around(bool waits_for_rivals) {
   return presence;
 }
 
+/// The receive thread, for as long as the loop runs, however that ends.
+class Daemon::Receiver {
+ public:
+  explicit Receiver(Daemon& daemon) : thread_([this, &daemon] { daemon.receive(is_ending_); }) {}
+  ~Receiver() {
+    is_ending_ = true;
+    thread_.join();
+  }
+  Receiver(const Receiver&) = delete;
+  Receiver& operator=(const Receiver&) = delete;
+
+ private:
+  std::atomic<bool> is_ending_ = false;
+  std::thread thread_;
+};
+
 void Daemon::run(Supervisor& supervisor) {
   supervisor_ = &supervisor;
-  std::atomic<bool> is_ending = false;
-  std::thread receiver([&] { receive(is_ending); });
+  Receiver receiver(*this);
   pacer_.restart(Pacer::Clock::now());
   while (!time_.shutdown) {
     if (options_.board != nullptr) put_readings();
@@ -146,8 +161,6 @@ void Daemon::run(Supervisor& supervisor) {
   }
   send_receipts();
   log_places_.tell_all();
-  is_ending = true;
-  receiver.join();
 }
 
 void Daemon::run(int stop_descriptor) {
@@ -163,6 +176,9 @@ void Daemon::tick(bool is_due) {
     hello_log_.write(now_us(), {{"client", name}});
     described_ = {};
     next_description_us_ = 0;
+  }
+  for (const std::string& name : desk_.take_turned_away()) {
+    full_log_.write(now_us(), {{"client", name}});
   }
   const bool is_stepping = is_due && time_.is_stepping(run_.world().tick());
   const bool has_changed = apply_due(is_stepping);

@@ -1,7 +1,8 @@
 /// `cradled serve`: a world on the network.
 ///
 /// A tick drains the inbox, journals and applies what is due, steps, and publishes; at its own
-/// pace, never in reaction to a packet. The daemon is the only reader of a clock. Three threads:
+/// pace, never in reaction to a packet. The daemon is the only reader of a clock. Three threads
+/// and those that help to step:
 /// the tick, a receiver that only fills the inbox, a publisher that only sends states. The metrics
 /// page, if there is one, has its own and gets copies.
 #pragma once
@@ -76,6 +77,7 @@ class Daemon {
 
  private:
   class PhaseTimer;
+  class Receiver;
 
   /// Wall time, us: of a tick, or summed since the last status.
   struct Times {
@@ -136,6 +138,7 @@ class Daemon {
 
   LogPlaces log_places_;
   LogPlace hello_log_{log_places_, LogLevel::info, "client said hello"};
+  LogPlace full_log_{log_places_, LogLevel::warn, "client turned away: the world is full"};
   LogPlace left_out_log_{log_places_, LogLevel::warn,
                          "wrenches of the scene left out: their bodies cannot take them"};
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};

@@ -129,4 +129,10 @@ std::string log_line(LogFormat format, std::int64_t utc_ms, std::string_view lev
   return line;
 }
 
+std::string printable(std::string_view text) {
+  std::string line;
+  append_escaped(line, LogFormat::text, text, false);
+  return line;
+}
+
 }  // namespace cradle

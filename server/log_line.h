@@ -20,6 +20,9 @@ struct LogField {
   std::variant<std::string_view, std::int64_t, double> value;
 };
 
+/// `text` without what a terminal would obey, as in a line of text.
+std::string printable(std::string_view text);
+
 /// `level` is a constant word. Without the end of the line.
 ///  - text: `2026-01-31T12:00:00.000Z info client said hello name="ann"`. Bytes that are not UTF-8
 ///  and

@@ -22,6 +22,7 @@
 
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/log_line.h"
 #include "server/serve.h"
 #include "server/simulate.h"
 #include "server/trace.h"
@@ -138,10 +139,15 @@ void print_limits() {
 #undef PRINT
 }
 
+int finish_output() {
+  if (!std::cout.flush()) throw OutputError("standard output cannot be written");
+  return kExitOk;
+}
+
 int serve(const ServeFlags& flags) {
   if (flags.print_limits) {
     print_limits();
-    return kExitOk;
+    return finish_output();
   }
   return run_daemon(flags.sources());
 }
@@ -149,15 +155,15 @@ int serve(const ServeFlags& flags) {
 /// Faults go to standard error, one a line.
 int check(const std::string& file) {
   const std::vector<std::string> faults = find_faults(file);
-  for (const std::string& fault : faults) std::cerr << fault << '\n';
+  for (const std::string& fault : faults) std::cerr << printable(fault) << '\n';
   if (!faults.empty()) return kExitConfig;
   std::cout << file << ": ok\n";
-  return kExitOk;
+  return finish_output();
 }
 
 int fail(int code, std::string line) {
   std::replace(line.begin(), line.end(), '\n', ' ');
-  std::cerr << "cradled: " << line << '\n';
+  std::cerr << "cradled: " << printable(line) << '\n';
   return code;
 }
 
@@ -182,7 +188,7 @@ int run(int argc, char** argv) {
   if (app.got_subcommand("serve")) return serve(serve_flags);
   if (app.got_subcommand("print-config")) {
     print_config(std::cout, load_config(print_flags.sources()));
-    return kExitOk;
+    return finish_output();
   }
   if (app.got_subcommand("check")) return check(checked);
   if (simulate_options.trace.empty() && simulate_options.summary.empty()) {

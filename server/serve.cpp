@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <filesystem>
 
 #include "protocol/transport/lcm_transport.h"
 #include "server/daemon.h"
@@ -108,15 +109,20 @@ class Process final : public Supervisor {
   int error_told_ = 0;  ///< why the manager could not be told
 };
 
+void tell_nothing(const std::string& why) {
+  write_log(LogLevel::error, "nothing reloaded: " + why);
+}
+
 /// Takes over what may change in a running world, and names the rest. A configuration with a fault
 /// changes nothing.
 void Process::reload() {
   LoadedConfig wanted;
   try {
     wanted = load_config(sources_);
-  } catch (const std::runtime_error& error) {  // the daemon goes on, whatever is in the files now
-    write_log(LogLevel::error, std::string("nothing reloaded: ") + error.what());
-    return;
+  } catch (const std::filesystem::filesystem_error& error) {
+    return tell_nothing(error.path1().string() + ": " + error.code().message());
+  } catch (const std::exception& error) {  // the daemon goes on, whatever is in the files now
+    return tell_nothing(error.what());
   }
   int changes = 0;
   for (const Setting& setting : settings()) {
@@ -150,11 +156,8 @@ Daemon::Options daemon_options(const Config& config, const LcmUrl& url) {
   options.world = config.world;
   options.lockstep = config.lockstep;
   options.permissions = permissions(config);
-  options.datagram_bytes = config.datagram_bytes;
-  if (options.datagram_bytes == 0) {
-    options.datagram_bytes =
-        url.ttl == 0 ? limits::kLoopbackDatagramBytes : limits::kNetworkDatagramBytes;
-  }
+  options.datagram_bytes =
+      config.datagram_bytes != 0 ? config.datagram_bytes : default_datagram_bytes(url);
   options.state_port = url.state_lane().port;
   options.threads = config.threads;
   return options;
@@ -186,10 +189,10 @@ int run_daemon(const ConfigSources& sources) {
   Daemon::Options options = daemon_options(config, url);
   ReadingsBoard board;
   if (!config.metrics.empty()) options.board = &board;
+  Signals signals;  // from here on they are answered by the loop, when it has begun
   Scene scene = first_scene(config);
 
-  Signals signals;
-  const WorldLock lock(options.world, url.port);
+  const WorldLock lock(options.world, url.group, url.port);
   if (!lock.is_held()) refuse_taken(options.world, url, "on this host");
   auto control = open(url, Lane::send_and_receive);
   auto states = open(url.state_lane(), Lane::send_only);

@@ -51,7 +51,8 @@ ServiceManager::ServiceManager() {
   const std::int64_t watched_process = number("WATCHDOG_PID");
   const std::int64_t period_us = number("WATCHDOG_USEC");
   if (period_us == 0 || (watched_process != 0 && watched_process != ::getpid())) return;
-  watchdog_ = repeating_timer(std::max<std::int64_t>(period_us / 4, 1));
+  constexpr std::int64_t kShortest_us = 1000;  // the loop has more to do
+  watchdog_ = repeating_timer(std::max(period_us / 4, kShortest_us));
 }
 
 ServiceManager::~ServiceManager() {

@@ -81,16 +81,24 @@ TomlFile::TomlFile(std::string_view text, std::string file_name, Refuse refuse_f
 }
 
 std::string read_file(const std::string& path) {
+  const auto refuse = [&path](int error) {
+    throw std::filesystem::filesystem_error("cannot be read", path,
+                                            std::error_code(error, std::generic_category()));
+  };
+  // A running world reads files, too: none that never ends, or that one waits for.
+  std::error_code fault;
+  const auto status = std::filesystem::status(path, fault);
+  if (fault && fault != std::errc::no_such_file_or_directory) refuse(fault.value());
+  if (std::filesystem::is_directory(status)) refuse(EISDIR);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) refuse(EINVAL);
   errno = 0;
-  // A folder can be opened, and only reading it fails.
-  const bool is_folder = std::filesystem::is_directory(path);
   std::ifstream stream(path, std::ios::binary);
-  if (is_folder || !stream) {
-    throw std::filesystem::filesystem_error(
-        "cannot be read", path,
-        std::error_code(is_folder ? EISDIR : errno, std::generic_category()));
-  }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (!stream) refuse(errno);
+  std::string text(kFileBytesMax + 1, 0);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kFileBytesMax) refuse(EFBIG);
+  return text;
 }
 
 TomlTable::TomlTable(const TomlFile& file, const toml::table& table, TomlKeys keys)

@@ -50,7 +50,10 @@ std::string advice(std::string_view key, TomlKeys keys);
 /// line. For readers that want every fault; a TomlTable refuses the first.
 std::multimap<int, std::string> take_unknown_keys(TomlFile& file, TomlKeys keys);
 
-/// The whole of a file. Throws std::filesystem::filesystem_error if it cannot be read.
+inline constexpr std::size_t kFileBytesMax = std::size_t{64} << 20;
+
+/// The whole of a regular file. Throws std::filesystem::filesystem_error if it cannot be read, is
+/// no file, or has more than kFileBytesMax.
 std::string read_file(const std::string& path);
 
 class TomlTable {

@@ -5,12 +5,13 @@
 
 namespace cradle {
 
-/// Holds the name of a world on a port while it lives. The lock is an abstract Unix socket: it
-/// reaches as far as the port does, to the end of the network namespace, leaves no file, needs no
-/// permission, and ends with the process however that ends.
+/// Holds the name of a world at a group and port while it lives. The lock is an abstract Unix
+/// socket: it reaches as far as the port does, to the end of the network namespace, leaves no file,
+/// needs no permission, and ends with the process however that ends.
 class WorldLock {
  public:
-  WorldLock(std::string_view world, int port);
+  /// Throws std::system_error where there are no such sockets.
+  WorldLock(std::string_view world, std::string_view group, int port);
   ~WorldLock();
   WorldLock(const WorldLock&) = delete;
   WorldLock& operator=(const WorldLock&) = delete;

@@ -32,6 +32,7 @@ ClientCore::ClientCore(const std::string& world, std::string name,
                        const Identity& identity)
     : channels_(world),
       fixed_number_(identity.number),
+      is_spectator_(identity.is_spectator),
       name_(std::move(name)),
       control_(std::move(control)),
       open_states_(std::move(open_states)),
@@ -60,6 +61,7 @@ Ticket ClientCore::submit(CommandBody body, Tick target_tick, Time now) {
 Outcome ClientCore::check(const CommandBody& body, Tick target_tick) const {
   const auto refused = [](Result result) { return Outcome{result, {}, 0}; };
   if (is_recording()) return refused(Result::recording);
+  if (is_spectator_) return refused(Result::not_allowed);
   if (epoch_ == 0) return refused(Result::no_world);
   if (welcome_ == Welcome::unseen) return refused(Result::bad_version);
   if (is_contested()) return refused(Result::contested);
@@ -93,13 +95,16 @@ void ClientCore::transmit() {
 }
 
 void ClientCore::keep_alive() {
-  if (welcome_ == Welcome::given && now_ - sent_at_ >= kKeepAlive) repeat_hello();
+  const bool is_known = welcome_ == Welcome::given && !is_spectator_;
+  if (is_known && now_ - sent_at_ >= kKeepAlive) repeat_hello();
 }
 
 /// Says hello once more under the last number used: to a server that knows us a repetition, to one
 /// that has forgotten us a beginning from which our next number follows.
 void ClientCore::repeat_hello() {
-  const CommandHeader header{client_, window_.next_sequence() - 1, epoch_, 0};
+  const std::int64_t last = window_.next_sequence() - 1;
+  if (window_.is_pending(last)) return window_.ask_again(last, now_);  // that says as much
+  const CommandHeader header{client_, last, epoch_, 0};
   control_->send(channels_.name(MessageKind::hello),
                  encode({header, Hello{kProtocolVersion, name_}}));
   sent_at_ = now_;
@@ -109,7 +114,7 @@ void ClientCore::repeat_hello() {
 /// recording played back, or a second server, which do not.
 void ClientCore::ask_whether_gone() {
   ++counted_.strangers;
-  if (welcome_ != Welcome::given || now_ - asked_at_ < kAskPause) return;
+  if (welcome_ != Welcome::given || is_spectator_ || now_ - asked_at_ < kAskPause) return;
   asked_at_ = now_;
   repeat_hello();
 }
@@ -219,6 +224,10 @@ void ClientCore::enter(std::int64_t epoch) {
   }
   epoch_ = epoch;
   if (is_recording()) return;
+  if (is_spectator_) {
+    welcome_ = Welcome::given;
+    return;
+  }
   client_ = fixed_number_ != 0 ? fixed_number_ : random_client_number();
   welcome_ = Welcome::unseen;
   if (status_.protocol_version == kProtocolVersion) say_hello();

@@ -53,13 +53,14 @@ class ClientCore {
   struct Identity {
     std::int64_t number = 0;  ///< as in ClientOptions
     std::int64_t first_sequence = 1;
+    bool is_spectator = false;  ///< as in ClientOptions
   };
 
   /// `world` must satisfy is_world_name(), `name` is_name().
   /// Without `open_states` the world is a recording: everything comes over `control`, nothing is
   /// sent, and commands are refused.
   ClientCore(const std::string& world, std::string name, std::unique_ptr<Transport> control,
-             OpenStates open_states, const Identity& identity = {0, 1});
+             OpenStates open_states, const Identity& identity = {0, 1, false});
 
   /// Checks, stamps and sends. See Client's commands.
   Ticket submit(CommandBody body, Tick target_tick, Time now);
@@ -145,6 +146,7 @@ class ClientCore {
 
   Channels channels_;
   std::int64_t fixed_number_;  ///< 0: a random one
+  bool is_spectator_;
   std::string name_;
   std::unique_ptr<Transport> control_;
   std::unique_ptr<Transport> states_;

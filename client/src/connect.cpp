@@ -59,6 +59,9 @@ ClientCore::OpenStates states_opener(const LcmUrl& url) {
 std::string hello_fault(Result result) {
   if (result == Result::over_quota) return "takes no more clients";
   if (result == Result::bad_version) return "speaks another protocol version than ours";
+  if (result == Result::superseded) {
+    return "knows a later client of our number: the clock was set back, or it lives elsewhere";
+  }
   return "refuses us: " + std::string(to_string(result));
 }
 
@@ -99,12 +102,12 @@ bool is_settled(const ClientCore& core) {
 /// With a number of its own, a client that is started again is the same one to the world: its
 /// sequence begins with the time, in units of which no run sends more than one command.
 ClientCore::Identity identity_of(const ClientOptions& options) {
-  if (options.number == 0) return {};
+  if (options.number == 0) return {0, 1, options.is_spectator};
   using namespace std::chrono;
   constexpr std::int64_t kUnitsPerSecond = 1 << 22;
   constexpr sys_days kBegin = 2024y / 1 / 1;  // 68 years fit into limits::kIntegerMax
   const auto since = duration_cast<milliseconds>(system_clock::now() - kBegin).count();
-  return {options.number, 1 + since * (kUnitsPerSecond / 1000)};
+  return {options.number, 1 + since * (kUnitsPerSecond / 1000), options.is_spectator};
 }
 
 }  // namespace
@@ -132,7 +135,8 @@ std::string recording_url(const std::string& path, const std::string& states_pat
   return RecordingUrl{path, states_path, speed}.text();
 }
 
-Connection connect_to_recording(const ClientOptions& options) {
+Connection connect_to_recording(const ClientOptions& options, std::chrono::milliseconds timeout) {
+  const auto deadline = Clock::now() + timeout;
   std::unique_ptr<Recording> file;
   try {
     file = std::make_unique<Recording>(*parse_recording_url(options.lcm_url), options.world,
@@ -142,7 +146,7 @@ Connection connect_to_recording(const ClientOptions& options) {
   }
   auto impl = std::make_unique<Client::Impl>(options.world, std::move(file));
   const Recording& recording = *impl->recording;
-  while (impl->core.epoch() == 0 && !recording.has_ended()) {
+  while (impl->core.epoch() == 0 && !recording.has_ended() && Clock::now() < deadline) {
     impl->core.poll(impl->recording->play(Clock::now()));
   }
   const std::string place = parse_recording_url(options.lcm_url)->path;
@@ -158,7 +162,7 @@ Connection connect_to_recording(const ClientOptions& options) {
 
 Connection Client::connect(const ClientOptions& options, std::chrono::milliseconds timeout) {
   if (Connection bad = check(options); bad.result != Result::ok) return bad;
-  if (is_recording_url(options.lcm_url)) return connect_to_recording(options);
+  if (is_recording_url(options.lcm_url)) return connect_to_recording(options, timeout);
   const LcmUrl url = *parse_lcm_url(options.lcm_url);
   OpenedTransport control = open_lcm_transport(url, Lane::send_and_receive);
   if (!control.transport) return {nullptr, control.result, control.message};

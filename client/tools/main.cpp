@@ -51,12 +51,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "no answer.");
 }
 
-void add_status(CLI::App& app, Action& action) {
+void add_status(CLI::App& app, Arguments& arguments) {
   const auto is_json = std::make_shared<bool>(false);
   CLI::App* sub = app.add_subcommand("status", "What the world says about itself");
   sub->add_flag("--json", *is_json, "for programs");
-  sub->callback([&action, is_json] {
-    action = [is_json](Session& session) -> int {
+  sub->callback([&arguments, is_json] {
+    arguments.options.is_spectator = true;  // it is shown by a full world, too
+    arguments.action = [is_json](Session& session) -> int {
       const WorldStatus& status = session.client.status();
       // A recording may begin between two heartbeats.
       while (status.rate_hz == 0 && session.client.is_recording() && !session.client.has_ended()) {
@@ -122,7 +123,7 @@ int main(int argc, char** argv) {
   CLI::App app("Looks at a world of a Cradle server, and changes it.", "cradle");
   Arguments arguments;
   add_options(app, arguments);
-  add_status(app, arguments.action);
+  add_status(app, arguments);
   add_watch(app, arguments.action);
   add_replay(app, arguments);
   add_world_commands(app, arguments.action);

@@ -1,5 +1,6 @@
 #include "protocol/transport/event_log.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -16,6 +17,7 @@ constexpr std::size_t kTimeAt = 12, kChannelLengthAt = 20, kPayloadLengthAt = 24
 constexpr std::size_t kChannelMax = 63;       // of LCM
 constexpr std::size_t kPayloadMax = 1 << 16;  // of a datagram
 constexpr std::size_t kReadBytes = 1 << 18;
+constexpr std::size_t kDamageMax = 1 << 26;  // a longer stretch ends the reading
 
 std::uint64_t read_big_endian(ByteView bytes) {
   std::uint64_t value = 0;
@@ -29,12 +31,17 @@ bool begins_event(ByteView bytes) {
 
 }  // namespace
 
-EventLogReader::EventLogReader(const std::string& path) : file_(std::fopen(path.c_str(), "rb")) {
+EventLogReader::EventLogReader(const std::string& path) {
+  // A pipe must not be waited for.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor >= 0) file_.reset(::fdopen(descriptor, "rb"));
   struct stat status {};
   if (!file_ || ::fstat(::fileno(file_.get()), &status) != 0) {
     throw std::system_error(errno, std::generic_category());
   }
-  if (S_ISDIR(status.st_mode)) throw std::system_error(EISDIR, std::generic_category());
+  // Neither a folder nor what has no end.
+  const int error = S_ISDIR(status.st_mode) ? EISDIR : S_ISREG(status.st_mode) ? 0 : EINVAL;
+  if (error != 0) throw std::system_error(error, std::generic_category());
 }
 
 /// The next bytes of the file, at most so many; fewer at its end.
@@ -49,32 +56,35 @@ ByteView EventLogReader::look(std::size_t bytes) {
   return ByteView(buffer_).subspan(begin_, std::min(bytes, buffer_.size() - begin_));
 }
 
-/// Goes on to the next byte that may begin an event.
-void EventLogReader::pass_over() {
+/// Goes on to the next byte that may begin an event; how many bytes that was.
+std::size_t EventLogReader::pass_over() {
   if (!is_damaged_) ++damages_;
   is_damaged_ = true;
+  const std::size_t before = begin_;
   const auto begin = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_) + 1;
   begin_ = static_cast<std::size_t>(std::find(begin, buffer_.end(), kSync[0]) - buffer_.begin());
+  return begin_ - before;
 }
 
 std::optional<LoggedMessage> EventLogReader::next() {
-  while (!look(1).empty()) {
+  std::size_t passed_over = 0;
+  while (passed_over <= kDamageMax && !look(1).empty()) {
     const ByteView header = look(kHeaderBytes);
     if (header.size() < kHeaderBytes || !begins_event(header)) {
-      pass_over();
+      passed_over += pass_over();
       continue;
     }
     const std::uint64_t channel_length = read_big_endian(header.subspan(kChannelLengthAt, 4));
     const std::uint64_t payload_length = read_big_endian(header.subspan(kPayloadLengthAt, 4));
     if (channel_length == 0 || channel_length > kChannelMax || payload_length > kPayloadMax) {
-      pass_over();
+      passed_over += pass_over();
       continue;
     }
     const std::size_t size = kHeaderBytes + channel_length + payload_length;
     const ByteView event = look(size + kSync.size());
     const bool is_last = event.size() == size;
     if (event.size() < size || !(is_last || begins_event(event.subspan(size)))) {
-      pass_over();
+      passed_over += pass_over();
       continue;
     }
     is_damaged_ = false;

@@ -26,11 +26,11 @@ struct LoggedMessage {
 
 class EventLogReader {
  public:
-  /// Throws std::system_error if the file cannot be opened, or is none.
+  /// Throws std::system_error if the file cannot be opened, or is no regular one.
   explicit EventLogReader(const std::string& path);
 
   /// The next whole event; nothing at the end. What is no event, or has more than 64 KiB or an
-  /// event behind it that is none, is passed over.
+  /// event behind it that is none, is passed over; 64 MiB without an event are the end.
   std::optional<LoggedMessage> next();
 
   std::int64_t damages() const { return damages_; }  ///< stretches passed over
@@ -41,7 +41,7 @@ class EventLogReader {
   };
 
   ByteView look(std::size_t bytes);
-  void pass_over();
+  std::size_t pass_over();
 
   std::unique_ptr<std::FILE, Closer> file_;
   Bytes buffer_;

@@ -1,6 +1,7 @@
 #include "protocol/transport/lcm_url.h"
 
 #include <arpa/inet.h>
+#include <cradle/limits.h>
 
 #include <charconv>
 
@@ -54,6 +55,10 @@ std::optional<LcmUrl> parse_lcm_url(std::string_view text) {
   if (!text.empty()) url.group = text;
   if (!is_multicast(url.group)) return std::nullopt;
   return url;
+}
+
+int default_datagram_bytes(const LcmUrl& url) {
+  return url.ttl == 0 ? limits::kLoopbackDatagramBytes : limits::kNetworkDatagramBytes;
 }
 
 }  // namespace cradle

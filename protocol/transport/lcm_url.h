@@ -17,6 +17,10 @@ struct LcmUrl {
   LcmUrl state_lane() const { return {group, port + 1, ttl}; }
 };
 
+/// The largest datagram to send there: what fits LCM's short message on this host, else an Ethernet
+/// frame.
+int default_datagram_bytes(const LcmUrl& url);
+
 /// Nothing if `text` is not udpm with a multicast IPv4 group, a port of 1024 .. 65534 and at most
 /// the option ttl (0 or 1 .. 255). Empty text is the default.
 std::optional<LcmUrl> parse_lcm_url(std::string_view text);

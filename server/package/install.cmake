@@ -62,6 +62,10 @@ install(FILES ${package_dir}/lcm.cmake ${CMAKE_BINARY_DIR}/package/cradle-config
 
 cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX OUTPUT_VARIABLE up_to_prefix
   BASE_DIRECTORY ${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+set(always_libs)
+if(NOT CRADLE_SHARED)
+  set(always_libs " -llcm -pthread")  # the static library is the only one
+endif()
 configure_file(${package_dir}/cradle-client.pc.in package/cradle-client.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/package/cradle-client.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

@@ -10,6 +10,10 @@ foreach(unit IN LISTS units)
   file(READ ${unit} text)
   string(REGEX REPLACE "/[a-z/]*bin/cradled" "${sbin}/cradled" text "${text}")
   string(REPLACE "/etc/cradle/" "${etc}/cradle/" text "${text}")
+  if(NOT etc STREQUAL "/etc")  # the daemon looks into /etc unless it is told otherwise
+    string(REGEX REPLACE "(ExecStart=[^\n]* serve)\n"
+      "\\1 --config ${etc}/cradle/cradled.toml\n" text "${text}")
+  endif()
   set(installed ${CMAKE_INSTALL_PREFIX}/lib/systemd/system/${name})
   message(STATUS "Installing: $ENV{DESTDIR}${installed}")
   file(WRITE "$ENV{DESTDIR}${installed}" "${text}")

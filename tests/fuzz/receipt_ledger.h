@@ -137,9 +137,9 @@ class ReceiptLedger {
     if (const auto found = client.final.find(header.sequence); found != client.final.end()) {
       foreseen_.push_back(found->second);
     } else if (const auto waits = client.open.find(header.sequence); waits == client.open.end()) {
-      foresee(header, Result::expired);  // from before its hello
+      foresee(header, Result::superseded);  // from before its hello
     } else if (waits->second.is_of_earlier_run) {
-      foresee(header, Result::expired);
+      foresee(header, Result::superseded);
     } else if (waits->second.receipt) {
       foreseen_.push_back(*waits->second.receipt);
     }

@@ -1,8 +1,10 @@
 // Servers and clients that end, come again, or come twice: each ends in a state that the client
 // library reports.
+#include <cradle/limits.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <thread>
@@ -77,6 +79,22 @@ TEST_CASE(
   CHECK(world.client->wait(world.client->despawn(world.client->find_by_name("left")), 10s));
 }
 
+TEST_CASE("of two live clients with one number, the first is told so, the second works") {
+  Process server(serve_arguments());
+  ClientOptions options;
+  options.lcm_url = own_url();
+  options.world = "test";
+  options.number = 42;
+  const Connection first = Client::connect(options, 20s);
+  REQUIRE(first.client);
+  const Connection second = Client::connect(options, 20s);
+  REQUIRE(second.client);
+  CHECK(spawn_ball(*second.client, {0, 0, 5}));
+  const Ticket lost = first.client->spawn(ball_spec({0, 3, 5}));
+  CHECK(first.client->wait(lost, 10s).result == Result::superseded);
+  CHECK(spawn_ball(*second.client, {0, 6, 5}));
+}
+
 TEST_CASE("a second daemon of a world on one host says so and ends, the first goes on") {
   Process server(serve_arguments());
   const auto client = connect();
@@ -139,5 +157,50 @@ TEST_CASE("a daemon hears another one of its world on the network, before it sta
   ::eventfd_write(stop, 1);
   serving.join();
   rival.join();
+  ::close(stop);
+}
+
+TEST_CASE("a world that has no room for clients is seen by spectators all the same") {
+  InProcessBus control;
+  InProcessBus states;
+  Daemon daemon(test_world(), Scene{}, control.join(), states.join());
+  const int stop = ::eventfd(0, EFD_CLOEXEC);
+  std::thread serving([&] { daemon.run(stop); });
+  const auto join = [&](const ClientCore::Identity& identity) {
+    return std::make_unique<ClientCore>(
+        "test", "visitor", control.join(),
+        [&](int) {
+          return OpenedTransport{states.join(), Result::ok, ""};
+        },
+        identity);
+  };
+  std::vector<std::unique_ptr<ClientCore>> clients;
+  for (int i = 0; i < limits::kClients; ++i) clients.push_back(join({}));
+  const auto poll_all_until = [&](const auto& is_done) {
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    while (!is_done() && std::chrono::steady_clock::now() < deadline) {
+      for (const auto& client : clients) client->poll(std::chrono::steady_clock::now());
+      std::this_thread::sleep_for(1ms);
+    }
+  };
+  const auto are_welcome = [&] {
+    return std::all_of(clients.begin(), clients.end(), [](const auto& client) {
+      return client->welcome() == ClientCore::Welcome::given;
+    });
+  };
+  poll_all_until(are_welcome);
+  CHECK(are_welcome());
+
+  clients.push_back(join({}));
+  poll_all_until([&] { return clients.back()->welcome() == ClientCore::Welcome::forgotten; });
+  CHECK(clients.back()->hello_result() == Result::over_quota);
+  clients.push_back(join({0, 1, true}));
+  const ClientCore& spectator = *clients.back();
+  poll_all_until([&] { return spectator.status().clients == limits::kClients; });
+  CHECK(spectator.status().clients == limits::kClients);
+  CHECK(clients.back()->submit(SetGravity{}, 0, std::chrono::steady_clock::now()).refused ==
+        Result::not_allowed);
+  ::eventfd_write(stop, 1);
+  serving.join();
   ::close(stop);
 }

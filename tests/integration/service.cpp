@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <sys/ptrace.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -274,7 +275,11 @@ TEST_CASE("SIGHUP takes over what may change in a running world, and names what 
   CHECK(client->wait(client->pause(), 5s).result == Result::not_allowed);
   std::filesystem::remove(file);
   daemon.signal(SIGHUP);
-  REQUIRE(comes_to_say(daemon, "No such file"));
+  REQUIRE(comes_to_say(daemon, "nothing reloaded: " + file + ": No such file"));
+  REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // opening one would wait for a writer
+  daemon.signal(SIGHUP);
+  REQUIRE(comes_to_say(daemon, "nothing reloaded: " + file + ": Invalid argument"));
+  std::filesystem::remove(file);
   CHECK(client->wait(client->pause(), 5s).result == Result::not_allowed);
 
   // The log's level, too: whoever comes from now on is not told of.

@@ -203,6 +203,36 @@ TEST_CASE("a silent client repeats hello under its last number, which takes no n
   CHECK(visit.send().sequence == 3);
 }
 
+TEST_CASE("a hello is never said under the number of a command that waits for its answer") {
+  Visit visit;
+  visit.be_welcomed();
+  const CommandHeader waiting = visit.send();
+  const std::int64_t own = visit.server.status.epoch;
+  for (int i = 0; i < 10; ++i) {  // strangers make a client ask who is there
+    visit.server.status.epoch = own + 1;
+    visit.server.heartbeat();
+    visit.poll(300ms);
+    visit.server.status.epoch = own;
+    visit.server.heartbeat();
+    visit.poll(300ms);
+  }
+  int repetitions = 0;
+  for (const Command& heard : visit.server.heard()) {
+    CHECK_FALSE(std::holds_alternative<Hello>(heard.body));
+    CHECK(heard.header == waiting);
+    ++repetitions;
+  }
+  CHECK(repetitions > 10);
+  visit.server.answer(waiting, {});
+  visit.poll();
+  visit.server.status.epoch = own + 1;
+  visit.server.heartbeat();
+  visit.poll(300ms);
+  const auto heard = visit.server.heard();
+  REQUIRE(heard.size() == 1);
+  CHECK(std::holds_alternative<Hello>(heard[0].body));  // now the number is answered
+}
+
 TEST_CASE("a client that the server has forgotten says hello again and goes on") {
   Visit visit;
   visit.be_welcomed();

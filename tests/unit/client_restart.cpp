@@ -21,7 +21,7 @@ TEST_CASE("a new epoch ends what was pending, forgets the bodies, and begins wit
 
   visit.server.status.epoch = first_epoch + 1;
   visit.server.status.tick = 3;
-  SECTION("told by a heartbeat, and by the answer to the hello that it makes us repeat") {
+  SECTION("told by a heartbeat, and by the answer to the command that it makes us repeat") {
     visit.server.heartbeat();
     visit.poll();
     CHECK(visit.core.epoch() == first_epoch);

@@ -383,7 +383,7 @@ TEST_CASE("a client that is started again under its number goes on from a new he
   CHECK(office.result_of(command(7, first + 1)) == Result::gap);  // not by any other command
   CHECK(office.result_of(hello(7, first)) == Result::ok);
   CHECK(office.result_of(command(7, first + 1)) == Result::ok);
-  CHECK(office.result_of(command(7, 4)) == Result::expired);
+  CHECK(office.result_of(command(7, 4)) == Result::superseded);
   ++office.coming;
   CHECK(office.work().size() == 1);  // what its earlier run has queued
   CHECK(office.desk.waiting_bytes() == 0);

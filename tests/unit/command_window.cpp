@@ -201,9 +201,9 @@ TEST_CASE("the last 1024 answers are repeated, older ones have expired") {
   CHECK(window.arrive(command(2)).receipt == receipt(2));
 }
 
-TEST_CASE("what is before the client's first command has expired") {
+TEST_CASE("what is before the client's first command is of one that it has superseded") {
   ReceiveWindow window(50);
-  CHECK(answer_to(window, 49) == Result::expired);
+  CHECK(answer_to(window, 49) == Result::superseded);
   CHECK(window.arrive(command(50)).kind == Kind::in_order);
 }
 

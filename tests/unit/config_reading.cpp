@@ -1,6 +1,10 @@
 // What configuration files say, and how wrong ones are refused. Keys: tests/scenes/README.md.
-#include <catch2/catch.hpp>
+#include <sys/stat.h>
 
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "server/toml_reader.h"
 #include "tests/unit/config_helpers.h"
 
 namespace cradle {
@@ -154,6 +158,29 @@ TEST_CASE("values at the limits of a configuration are accepted") {
         "threads = 256", "log_level = 'off'", "world = 'abcdefghijklmnopqrstuvwx'"}) {
     CHECK(refusal(text) == "");
   }
+}
+
+TEST_CASE("only a regular file of a reasonable size is read") {
+  // Each of these would hold up a running world that reads its configuration again.
+  const ConfigFile file("");
+  const std::string folder = file.folder().string();
+  const std::string pipe = folder + "/pipe", large = folder + "/large.toml";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  std::ofstream(large) << "# ";
+  std::filesystem::resize_file(large, kFileBytesMax + 1);
+  const auto error_of = [](const std::string& path) {
+    try {
+      read_file(path);
+    } catch (const std::filesystem::filesystem_error& error) {
+      return error.code();
+    }
+    return std::error_code();
+  };
+  CHECK(error_of(pipe) == std::errc::invalid_argument);
+  CHECK(error_of("/dev/zero") == std::errc::invalid_argument);
+  CHECK(error_of(folder) == std::errc::is_a_directory);
+  CHECK(error_of(large) == std::errc::file_too_large);
+  CHECK(error_of(folder + "/none") == std::errc::no_such_file_or_directory);
 }
 
 TEST_CASE("a configuration file that is not there is reported as such") {

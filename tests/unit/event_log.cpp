@@ -2,6 +2,7 @@
 #include "protocol/transport/event_log.h"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <random>
 #include <system_error>
 
@@ -120,6 +121,15 @@ TEST_CASE("files with any bytes changed are read to their end") {
     for (int k = 0; k < 1 + round % 5; ++k) bytes[random() % 100] = static_cast<char>(random());
     CHECK(read_all(file, bytes).messages.size() <= 3);
   }
+}
+
+TEST_CASE("a file without end is told as such, and 64 MiB without an event are the end") {
+  CHECK_THROWS_AS(EventLogReader("/dev/zero"), std::system_error);
+  TemporaryFile file("");
+  std::filesystem::resize_file(file.path(), std::uintmax_t{1} << 32);  // sparse
+  EventLogReader reader(file.path());
+  CHECK_FALSE(reader.next());
+  CHECK(reader.damages() == 1);
 }
 
 TEST_CASE("what is no file is told with its reason") {

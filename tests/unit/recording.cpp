@@ -47,7 +47,7 @@ Connection open(const std::string& url) {
   ClientOptions options;
   options.lcm_url = url;
   options.world = "arena";
-  return Client::connect(options, 0ms);
+  return Client::connect(options, 20s);
 }
 
 }  // namespace

@@ -24,6 +24,10 @@ struct ClientOptions {
   /// number: its earlier run's commands for later ticks still happen.
   std::int64_t number = 0;
 
+  /// Only looks: takes no place among the world's clients, hears no names of bodies that were there
+  /// before, and its commands are refused: not_allowed.
+  bool is_spectator = false;
+
   /// The defaults, with `lcm_url` and `world` from the environment variables CRADLE_LCM_URL and
   /// CRADLE_WORLD where these are set.
   CRADLE_EXPORT static ClientOptions from_environment(std::string name);
@@ -31,8 +35,8 @@ struct ClientOptions {
 
 /// The URL of a recording in one file or two, each a path, at a speed of 0 or 0.001 .. 1000: see
 /// Client::is_recording().
-std::string recording_url(const std::string& path, const std::string& states_path = "",
-                          double speed = 1);
+CRADLE_EXPORT std::string recording_url(const std::string& path,
+                                        const std::string& states_path = "", double speed = 1);
 
 /// When a command takes effect: before the step of a tick.
 struct When {

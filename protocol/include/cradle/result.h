@@ -24,6 +24,7 @@ enum class Result : std::int32_t {
   too_far_ahead = 17,   ///< the target tick is further off than the server keeps commands
   busy = 18,            ///< the inbox was full: not taken, send again later
   not_allowed = 19,     ///< the server's configuration forbids it
+  superseded = 20,      ///< another client has said hello with this number since
 
   unknown_body = 30,
   not_finite = 31,    ///< a number is infinite or not a number

@@ -76,10 +76,10 @@ class ReceiptLedger {
     Tick target = 0;
     bool is_due = false;
     bool is_step = false;  ///< its steps are being made
-    bool is_of_earlier_run = false;
     std::optional<Receipt> receipt;  ///< `queued`
   };
   struct Client {
+    std::int64_t first = 0;  ///< of its hello
     std::int64_t next = 0;
     std::map<std::int64_t, Command> held;
     std::map<std::int64_t, Open> open;  ///< taken, without a final answer
@@ -120,6 +120,7 @@ class ReceiptLedger {
       return foresee(command.header, Result::over_quota);
     }
     Client& client = clients_[command.header.client];
+    client.first = command.header.sequence;
     client.next = command.header.sequence + 1;
     client.open[command.header.sequence] = {};  // whatever its target
   }
@@ -127,27 +128,23 @@ class ReceiptLedger {
   /// Its program was started again under its number: what waits still happens, but answers given
   /// before are not repeated.
   static void begin_anew(Client& client, std::int64_t sequence) {
-    client.next = sequence;
+    client.first = client.next = sequence;
     client.held.clear();
     client.final.clear();
-    for (auto& [number, open] : client.open) open.is_of_earlier_run = true;
   }
 
   void repeat(const Client& client, const CommandHeader& header) {
+    if (header.sequence < client.first) return foresee(header, Result::superseded);
     if (const auto found = client.final.find(header.sequence); found != client.final.end()) {
       foreseen_.push_back(found->second);
-    } else if (const auto waits = client.open.find(header.sequence); waits == client.open.end()) {
-      foresee(header, Result::superseded);  // from before its hello
-    } else if (waits->second.is_of_earlier_run) {
-      foresee(header, Result::superseded);
-    } else if (waits->second.receipt) {
-      foreseen_.push_back(*waits->second.receipt);
+    } else if (const auto& waits = client.open.at(header.sequence); waits.receipt) {
+      foreseen_.push_back(*waits.receipt);
     }
   }
 
   void open(Client& client, const CommandHeader& header, Tick coming) {
     const Tick target = header.target_tick;
-    client.open[header.sequence] = {target, false, false, false, std::nullopt};
+    client.open[header.sequence] = {target, false, false, std::nullopt};
     if (target == 0) return;
     if (target < coming) return foresee_answer(header, {Result::late, {}, 0}, 0);
     if (target > coming + limits::kTicksAhead) {
@@ -164,7 +161,6 @@ class ReceiptLedger {
     require(waits != client.open.end(), "a command is answered for good once");
     if (outcome.result == Result::queued) {
       waits->second.is_step = waits->second.is_due;
-      waits->second.is_of_earlier_run = false;
       waits->second.receipt = receipt;
     } else {
       client.open.erase(waits);

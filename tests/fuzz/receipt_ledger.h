@@ -75,7 +75,7 @@ class ReceiptLedger {
   struct Open {
     Tick target = 0;
     bool is_due = false;
-    bool is_step = false;  ///< its steps are being made
+    bool is_step = false;            ///< its steps are being made
     std::optional<Receipt> receipt;  ///< `queued`
   };
   struct Client {

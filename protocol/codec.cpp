@@ -18,7 +18,7 @@ auto with_wire_type(MessageKind kind, F&& f) {
     case MessageKind::hello:
       return f(wire::hello_v1{});
     case MessageKind::spawn:
-      return f(wire::spawn_v1{});
+      return f(wire::spawn_v2{});
     case MessageKind::despawn:
       return f(wire::despawn_v1{});
     case MessageKind::push:
@@ -40,7 +40,7 @@ auto with_wire_type(MessageKind kind, F&& f) {
     case MessageKind::events:
       break;
   }
-  return f(wire::events_v1{});
+  return f(wire::events_v2{});
 }
 
 /// Bytes of a message of `items` items: fixed + items * item.
@@ -202,7 +202,7 @@ std::optional<Command> decode_command(MessageKind kind, ByteView payload) {
     case MessageKind::hello:
       return decode_command_as<Hello, wire::hello_v1>(kind, payload);
     case MessageKind::spawn:
-      return decode_command_as<Spawn, wire::spawn_v1>(kind, payload);
+      return decode_command_as<Spawn, wire::spawn_v2>(kind, payload);
     case MessageKind::despawn:
       return decode_command_as<Despawn, wire::despawn_v1>(kind, payload);
     case MessageKind::push:
@@ -234,7 +234,7 @@ std::optional<StateChunk> decode_states(ByteView payload) {
   return decode_as<StateChunk, wire::body_states_v1>(MessageKind::states, payload);
 }
 std::optional<Events> decode_events(ByteView payload) {
-  return decode_as<Events, wire::events_v1>(MessageKind::events, payload);
+  return decode_as<Events, wire::events_v2>(MessageKind::events, payload);
 }
 
 }  // namespace cradle

@@ -42,27 +42,25 @@ Result check_rotation(const Quat& q) {
   return squared_norm > 1e-200 && squared_norm < 1e200 ? Result::ok : Result::bad_rotation;
 }
 
+/// The first of these is the number of a geometry; whether the world holds it, the world knows.
+Result check_number(const std::array<double, 8>& parameters) {
+  const double number = parameters[0];
+  const bool is_alone = std::all_of(parameters.begin() + 1, parameters.end(),
+                                    [](double other) { return other == 0; });
+  const bool is_number = number >= 1 && number <= kGeometries && number == std::floor(number);
+  return is_alone && is_number ? Result::ok : Result::bad_shape;
+}
+
 Result check_shape(const BodySpec& spec) {
   for (double p : spec.shape.parameters) {
     if (!std::isfinite(p)) return Result::not_finite;
   }
-  std::size_t sizes = 0;
-  switch (spec.shape.kind) {
-    case ShapeKind::none:
-      break;
-    case ShapeKind::sphere:
-      sizes = 1;
-      break;
-    case ShapeKind::box:
-      sizes = 3;
-      break;
-    case ShapeKind::half_space:
-      if (spec.kind == BodyKind::dynamic) return Result::bad_shape;
-      break;
-    default:
-      return Result::bad_shape;
-  }
+  const ShapeKind kind = spec.shape.kind;
+  if (kind < ShapeKind::none || kind > ShapeKind::compound) return Result::bad_shape;
+  if (kind == ShapeKind::half_space && spec.kind == BodyKind::dynamic) return Result::bad_shape;
   const auto& p = spec.shape.parameters;
+  if (is_stored(kind)) return check_number(p);
+  const std::size_t sizes = size_count(kind);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (i >= sizes && p[i] != 0) return Result::bad_shape;
     if (i < sizes && !(p[i] > 0)) return Result::bad_shape;
@@ -71,10 +69,36 @@ Result check_shape(const BodySpec& spec) {
   return Result::ok;
 }
 
+/// The relative error up to which moments may break the triangle inequality: flat bodies stand at
+/// its very edge, and numbers written with ten digits are off by that much.
+constexpr double kMomentSlack = 1e-9;
+
+/// True if some distribution of mass has the tensor with diagonal `J` and products `P` (xy, xz,
+/// yz).
+///
+/// The integrals of x_i x_j dm are S = tr(J)/2 - J, which must not be negative in any direction. In
+/// principal axes that is the triangle inequality: no moment is larger than the sum of the others.
+/// Checked by the pivots of S, raised by half the slack.
+bool is_inertia(const Vec3& J, const Vec3& P) {
+  const double half_slack = 0.5 * kMomentSlack * std::max({J.x, J.y, J.z});
+  const double xx = 0.5 * (J.y + J.z - J.x) + half_slack;
+  const double yy = 0.5 * (J.z + J.x - J.y) + half_slack;
+  const double zz = 0.5 * (J.x + J.y - J.z) + half_slack;
+  if (!(xx >= 0 && yy >= 0 && zz >= 0)) return false;
+  if (is_zero(P)) return true;
+  const double first = xx;
+  const double second = yy - P.x * P.x / first;
+  const double coupling = -P.z - P.x * P.y / first;
+  const double third = zz - P.y * P.y / first - coupling * coupling / second;
+  return first > 0 && second > 0 && third > 0;
+}
+
 /// A mass and moments that a rigid body can have, before the shape adds its share.
 Result check_mass(const BodySpec& spec) {
   const Vec3& J = spec.inertia_kgm2;
-  if (!std::isfinite(spec.mass_kg) || !std::isfinite(spec.density_kgpm3) || !is_finite(J)) {
+  const Vec3& products = spec.inertia_products_kgm2;
+  if (!std::isfinite(spec.mass_kg) || !std::isfinite(spec.density_kgpm3) || !is_finite(J) ||
+      !is_finite(products)) {
     return Result::not_finite;
   }
   if (spec.kind != BodyKind::dynamic) return Result::ok;
@@ -84,16 +108,20 @@ Result check_mass(const BodySpec& spec) {
   if (spec.mass_kg > 0 && !(spec.mass_kg >= kMassMin_kg && spec.mass_kg <= kMassMax_kg)) {
     return Result::out_of_range;
   }
-  if (is_zero(J)) return Result::ok;  // from the shape, or a point that does not turn
+  if (is_zero(J)) {  // from the shape, or a point that does not turn
+    return is_zero(products) ? Result::ok : Result::bad_mass;
+  }
   if (!(J.x > 0 && J.y > 0 && J.z > 0)) return Result::bad_mass;
   if (!(std::min({J.x, J.y, J.z}) >= kInertiaMin_kgm2 && is_within(J, kInertiaMax_kgm2))) {
     return Result::out_of_range;
   }
-  // No mass distribution has a moment larger than the sum of the other two.
-  const double slack = 1e-9 * std::max({J.x, J.y, J.z});
-  const bool is_physical =
-      J.x <= J.y + J.z + slack && J.y <= J.z + J.x + slack && J.z <= J.x + J.y + slack;
-  return is_physical ? Result::ok : Result::bad_mass;
+  return is_inertia(J, products) ? Result::ok : Result::bad_mass;
+}
+
+Result check_centre(const BodySpec& spec) {
+  const Result result = check(spec.p_BoBcm, kSizeMax_m);
+  if (result != Result::ok || spec.sets_centre_of_mass) return result;
+  return is_zero(spec.p_BoBcm) ? Result::ok : Result::bad_mass;
 }
 
 Result check_material(const Material& m) {
@@ -179,9 +207,10 @@ bool is_name(std::string_view name, int max_bytes) {
 }
 
 Result validate(const BodySpec& spec) {
-  return first_fault({check_shape(spec), check_mass(spec), check_material(spec.material),
-                      check(spec.p_WBo, kPositionMax_m), check_rotation(spec.q_WB),
-                      check(spec.v_WBcm, kSpeedMax_mps), check(spec.w_WB, kAngularSpeedMax_radps),
+  return first_fault({check_shape(spec), check_mass(spec), check_centre(spec),
+                      check_material(spec.material), check(spec.p_WBo, kPositionMax_m),
+                      check_rotation(spec.q_WB), check(spec.v_WBcm, kSpeedMax_mps),
+                      check(spec.w_WB, kAngularSpeedMax_radps),
                       is_name(spec.name, kNameBytes) ? Result::ok : Result::bad_name});
 }
 

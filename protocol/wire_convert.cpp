@@ -51,13 +51,16 @@ bool is_integer(std::int64_t value, std::int64_t lowest = 0) {
 
 // --- items ------------------------------------------------------------------------------------
 
-void to_wire(const BodySpec& v, wire::body_spec_v1& w) {
+void to_wire(const BodySpec& v, wire::body_spec_v2& w) {
   w.kind = static_cast<std::int32_t>(v.kind);
   w.shape = static_cast<std::int32_t>(v.shape.kind);
   std::copy(v.shape.parameters.begin(), v.shape.parameters.end(), w.shape_parameters);
   w.mass_kg = v.mass_kg;
   w.density_kgpm3 = v.density_kgpm3;
   put(v.inertia_kgm2, w.inertia_kgm2);
+  put(v.inertia_products_kgm2, w.inertia_products_kgm2);
+  w.sets = v.sets_centre_of_mass ? wire::body_spec_v2::CENTRE_OF_MASS : 0;
+  put(v.p_BoBcm, w.p_BoBcm_m);
   w.friction = v.material.friction;
   w.restitution = v.material.restitution;
   put(v.p_WBo, w.p_WBo_m);
@@ -67,19 +70,23 @@ void to_wire(const BodySpec& v, wire::body_spec_v1& w) {
   put(v.name, w.name);
 }
 
-bool from_wire(const wire::body_spec_v1& w, BodySpec& v) {
+bool from_wire(const wire::body_spec_v2& w, BodySpec& v) {
   std::copy(std::begin(w.shape_parameters), std::end(w.shape_parameters),
             v.shape.parameters.begin());
   v.mass_kg = w.mass_kg;
   v.density_kgpm3 = w.density_kgpm3;
   v.inertia_kgm2 = vector(w.inertia_kgm2);
+  v.inertia_products_kgm2 = vector(w.inertia_products_kgm2);
+  v.sets_centre_of_mass = w.sets != 0;
+  v.p_BoBcm = vector(w.p_BoBcm_m);
   v.material = {w.friction, w.restitution};
   v.p_WBo = vector(w.p_WBo_m);
   v.q_WB = rotation(w.q_WB);
   v.v_WBcm = vector(w.v_WBcm_mps);
   v.w_WB = vector(w.w_WB_radps);
   return get(w.kind, BodyKind::dynamic, v.kind) &&
-         get(w.shape, ShapeKind::half_space, v.shape.kind) && get(w.name, v.name);
+         get(w.shape, ShapeKind::compound, v.shape.kind) && w.sets >= 0 &&
+         w.sets <= wire::body_spec_v2::CENTRE_OF_MASS && get(w.name, v.name);
 }
 
 void to_wire(BodyId v, std::int64_t& w) { w = v.value; }
@@ -178,7 +185,7 @@ bool from_wire(const wire::body_state_v1& w, BodyState& v) {
   return is_integer(w.body, 1) && (w.flags & ~known) == 0 && get(w.kind, BodyKind::dynamic, v.kind);
 }
 
-void to_wire(const Event& v, wire::event_v1& w) {
+void to_wire(const Event& v, wire::event_v2& w) {
   w.body = v.body.value;
   w.client = v.client;
   w.tick = v.tick;
@@ -188,10 +195,11 @@ void to_wire(const Event& v, wire::event_v1& w) {
   w.shape = static_cast<std::int32_t>(v.shape.kind);
   std::copy(v.shape.parameters.begin(), v.shape.parameters.end(), w.shape_parameters);
   w.mass_kg = v.mass_kg;
+  put(v.p_BoBcm, w.p_BoBcm_m);
   put(v.name, w.name);
 }
 
-bool from_wire(const wire::event_v1& w, Event& v) {
+bool from_wire(const wire::event_v2& w, Event& v) {
   v.body.value = w.body;
   v.client = w.client;
   v.tick = w.tick;
@@ -199,10 +207,11 @@ bool from_wire(const wire::event_v1& w, Event& v) {
   std::copy(std::begin(w.shape_parameters), std::end(w.shape_parameters),
             v.shape.parameters.begin());
   v.mass_kg = w.mass_kg;
+  v.p_BoBcm = vector(w.p_BoBcm_m);
   return is_integer(w.body, 1) && is_integer(w.client) && is_integer(w.tick) &&
          to_string(v.reason) != "unlisted" && get(w.event, EventKind::described, v.kind) &&
          get(w.kind, BodyKind::dynamic, v.body_kind) &&
-         get(w.shape, ShapeKind::half_space, v.shape.kind) && get(w.name, v.name);
+         get(w.shape, ShapeKind::compound, v.shape.kind) && get(w.name, v.name);
 }
 
 template <class Wire, class Items>
@@ -247,8 +256,8 @@ bool from_wire(const wire::hello_v1& w, Hello& v) {
   return get(w.name, v.name);
 }
 
-wire::spawn_v1 to_wire(const Spawn& v) { return list_to_wire<wire::spawn_v1>(v.bodies); }
-bool from_wire(const wire::spawn_v1& w, Spawn& v) { return list_from_wire(w.bodies, v.bodies); }
+wire::spawn_v2 to_wire(const Spawn& v) { return list_to_wire<wire::spawn_v2>(v.bodies); }
+bool from_wire(const wire::spawn_v2& w, Spawn& v) { return list_from_wire(w.bodies, v.bodies); }
 
 wire::despawn_v1 to_wire(const Despawn& v) { return list_to_wire<wire::despawn_v1>(v.bodies); }
 bool from_wire(const wire::despawn_v1& w, Despawn& v) {
@@ -434,13 +443,13 @@ bool from_wire(const wire::body_states_v1& w, StateChunk& v) {
                                                v.states.back().body <= v.last_body));
 }
 
-wire::events_v1 to_wire(const Events& v) {
-  auto w = list_to_wire<wire::events_v1>(v.events);
+wire::events_v2 to_wire(const Events& v) {
+  auto w = list_to_wire<wire::events_v2>(v.events);
   w.epoch = v.epoch;
   w.first = v.first;
   return w;
 }
-bool from_wire(const wire::events_v1& w, Events& v) {
+bool from_wire(const wire::events_v2& w, Events& v) {
   v.epoch = w.epoch;
   v.first = w.first;
   return is_integer(w.epoch, 1) && is_integer(w.first) && list_from_wire(w.events, v.events);

@@ -9,6 +9,7 @@
 #include <random>
 #include <utility>
 
+#include "server/collision/narrow_phase.h"
 #include "server/thread_pool.h"
 
 namespace cradle {
@@ -96,7 +97,7 @@ Daemon::Daemon(const Options& options, Scene scene, std::unique_ptr<Transport> c
   } else {
     executor_ = std::make_unique<SerialExecutor>();
   }
-  for (Event& event : run_.world().take_events()) events_.push_back(std::move(event));
+  for (Event& event : run_.world().take_events()) tell(std::move(event));
 }
 
 Daemon::~Daemon() = default;
@@ -212,10 +213,21 @@ bool Daemon::apply_due(bool is_stepping) {
     desk_.answer(command.header, outcome, is_step ? time_.pending.back().until : coming);
     for (Event& event : world.take_events()) {
       event.client = command.header.client;
-      events_.push_back(std::move(event));
+      tell(std::move(event));
     }
   }
   return !due.empty();
+}
+
+void Daemon::tell(Event&& event) {
+  const ShapeKind shape = event.shape.kind;
+  if (event.kind == EventKind::spawned && !can_collide(shape) &&
+      not_colliding_told_.insert(shape).second) {
+    not_colliding_log_.write(
+        now_us(),
+        {{"shape", word_of(shape)}, {"body", event.body.value}, {"name", event.name}});
+  }
+  events_.push_back(std::move(event));
 }
 
 void Daemon::step(PhaseTimer& timer) {
@@ -230,7 +242,7 @@ void Daemon::step(PhaseTimer& timer) {
                                      {"name", event.name},
                                      {"tick", event.tick},
                                      {"reason", to_string(event.reason)}});
-    events_.push_back(std::move(event));
+    tell(std::move(event));
   }
 }
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -92,6 +93,8 @@ class Daemon {
   void send_news();
   bool apply_due(bool is_stepping);
   void step(PhaseTimer& timer);
+  /// Keeps an event for sending, and logs what nobody may miss about it.
+  void tell(Event&& event);
   void publish_states();
   void answer_finished_steps();
   void send_receipts();
@@ -123,6 +126,7 @@ class Daemon {
 
   Snapshot snapshot_;
   std::deque<Event> events_;
+  std::set<ShapeKind> not_colliding_told_;  ///< of these the log has spoken
   std::int64_t next_event_ = 1;
   BodyId described_;  ///< bodies up to this one have been described to the newest client
   std::int64_t next_description_us_ = 0;
@@ -141,6 +145,7 @@ class Daemon {
   LogPlace full_log_{log_places_, LogLevel::warn, "client turned away: the world is full"};
   LogPlace left_out_log_{log_places_, LogLevel::warn,
                          "wrenches of the scene left out: their bodies cannot take them"};
+  LogPlace not_colliding_log_{log_places_, LogLevel::warn, "bodies of this shape do not collide yet"};
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
   LogPlace rival_log_{log_places_, LogLevel::error,
                       "heartbeats of another daemon of this world, or of a recording"};

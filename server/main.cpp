@@ -133,6 +133,10 @@ void print_limits() {
   PRINT(kStepsPerCommand);
   PRINT(kBodies);
   PRINT(kWrenches);
+  PRINT(kGeometries);
+  PRINT(kPoints);
+  PRINT(kTriangles);
+  PRINT(kParts);
   PRINT(kRateMin_hz);
   PRINT(kRateMax_hz);
   PRINT(kSubStepsMax);

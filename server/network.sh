@@ -5,7 +5,7 @@
 # The build folder is $CRADLE_BUILD, or build in the repository.
 
 build_dir=${CRADLE_BUILD:-$root/build}
-packages=(g++ cmake ninja-build liblcm-dev liblcm-bin libeigen3-dev libfcl-dev catch2
+packages=(g++ cmake ninja-build liblcm-dev liblcm-bin libeigen3-dev libfcl-dev libqhull-dev catch2
           libtomlplusplus-dev libcli11-dev libspdlog-dev libxxhash-dev nlohmann-json3-dev iproute2
           lua5.2 liblcm-lua pkg-config groff-base dpkg-dev file)
 

@@ -8,7 +8,7 @@
 #include "protocol/validate.h"
 #include "server/dynamics/mass_properties.h"
 #include "server/scene_lattice.h"
-#include "server/toml_reader.h"
+#include "server/scene_shapes.h"
 #include "server/world/world.h"
 
 namespace cradle {
@@ -17,13 +17,29 @@ namespace {
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
 constexpr std::string_view kSceneKeys[] = {"world", "body", "lattice"};
 constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps", "gravity_mps2", "solver"};
-constexpr std::string_view kBodyKeys[] = {
-    "name",          "kind",           "shape",
-    "radius_m",      "half_extents_m", "mass_kg",
-    "density_kgpm3", "inertia_kgm2",   "friction",
-    "restitution",   "position_m",     "orientation_wxyz",
-    "rotation_rad",  "velocity_mps",   "angular_velocity_radps",
-    "wrench"};
+constexpr std::string_view kBodyKeys[] = {"name",
+                                          "kind",
+                                          "shape",
+                                          "radius_m",
+                                          "half_length_m",
+                                          "half_extents_m",
+                                          "points_m",
+                                          "triangles",
+                                          "file",
+                                          "part",
+                                          "mass_kg",
+                                          "density_kgpm3",
+                                          "inertia_kgm2",
+                                          "inertia_products_kgm2",
+                                          "centre_of_mass_m",
+                                          "friction",
+                                          "restitution",
+                                          "position_m",
+                                          "orientation_wxyz",
+                                          "rotation_rad",
+                                          "velocity_mps",
+                                          "angular_velocity_radps",
+                                          "wrench"};
 constexpr std::string_view kWrenchKeys[] = {"tick",    "quantity", "frame",    "point",
                                             "point_m", "value",    "duration", "ticks"};
 constexpr std::string_view kLatticeKeys[] = {"count",
@@ -40,11 +56,6 @@ constexpr std::string_view kLatticeKeys[] = {"count",
 constexpr std::pair<std::string_view, BodyKind> kBodyKinds[] = {{"static", BodyKind::fixed},
                                                                 {"kinematic", BodyKind::kinematic},
                                                                 {"dynamic", BodyKind::dynamic}};
-constexpr std::pair<std::string_view, ShapeKind> kShapeKinds[] = {
-    {"none", ShapeKind::none},
-    {"sphere", ShapeKind::sphere},
-    {"box", ShapeKind::box},
-    {"half_space", ShapeKind::half_space}};
 constexpr std::pair<std::string_view, WrenchQuantity> kQuantities[] = {
     {"force", WrenchQuantity::force},
     {"torque", WrenchQuantity::torque},
@@ -61,48 +72,6 @@ constexpr std::pair<std::string_view, WrenchDuration> kDurations[] = {
     {"this_tick", WrenchDuration::this_tick},
     {"ticks", WrenchDuration::ticks},
     {"until_cleared", WrenchDuration::until_cleared}};
-
-std::string reason(Result result) {
-  switch (result) {
-    case Result::not_finite:
-      return "must be finite";
-    case Result::out_of_range:
-      return "out of range, see cradled serve --print-limits";
-    case Result::bad_name:
-      return "must be UTF-8 without control characters, at most " +
-             std::to_string(limits::kNameBytes) + " bytes long";
-    case Result::bad_shape:
-      return "sizes must be positive, and a half_space must not be dynamic";
-    case Result::bad_mass:
-      return "a dynamic body needs a positive mass, and moments that a rigid body can have";
-    case Result::bad_rotation:
-      return "a quaternion without length is no rotation";
-    case Result::bad_wrench:
-      return "contradicts the keys before it";
-    default:
-      return std::string(to_string(result));
-  }
-}
-
-void require(const TomlTable& table, std::string_view key, Result result) {
-  if (result != Result::ok) table.refuse(key, reason(result));
-}
-
-/// exp of half the rotation vector, by its series: no libm, whose bits depend on the processor.
-/// For turns up to kTurnMax_rad rounding stays below cosh(pi) 2^-53, the cut-off far below that.
-constexpr double kTurnMax_rad = 6.3;
-Quat rotation_of(const Vec3& rotation_rad) {
-  const double squared_half =
-      0.25 * (rotation_rad.x * rotation_rad.x + rotation_rad.y * rotation_rad.y +
-              rotation_rad.z * rotation_rad.z);
-  double cosine = 1, sinc = 1;
-  for (int n = 30; n >= 2; n -= 2) {
-    cosine = 1 - squared_half / (n * (n - 1)) * cosine;
-    sinc = 1 - squared_half / (n * (n + 1)) * sinc;
-  }
-  const double s = 0.5 * sinc;
-  return {cosine, s * rotation_rad.x, s * rotation_rad.y, s * rotation_rad.z};
-}
 
 WorldSettings read_settings(const TomlTable& table) {
   WorldSettings settings;
@@ -124,80 +93,6 @@ WorldSettings read_settings(const TomlTable& table) {
     table.refuse("solver", "\"" + settings.solver + "\" is none of " + known);
   }
   return settings;
-}
-
-/// A size that one kind of shape has to have and others cannot have.
-template <class Size>
-void read_size(const TomlTable& table, std::string_view key, bool is_wanted, Size& size) {
-  if (table.read(key, size) == is_wanted) return;
-  if (is_wanted) table.refuse("shape", "needs " + std::string(key));
-  table.refuse(key, "this shape has none");
-}
-
-void read_shape(const TomlTable& table, BodySpec& spec) {
-  ShapeKind kind = ShapeKind::none;
-  double radius_m = 0;
-  Vec3 half_extents_m;
-  table.read("shape", kind, kShapeKinds);
-  read_size(table, "radius_m", kind == ShapeKind::sphere, radius_m);
-  read_size(table, "half_extents_m", kind == ShapeKind::box, half_extents_m);
-  if (kind == ShapeKind::sphere) {
-    spec.shape = Shape::sphere(radius_m);
-    require(table, "radius_m", validate(spec));
-  } else if (kind == ShapeKind::box) {
-    spec.shape = Shape::box(half_extents_m);
-    require(table, "half_extents_m", validate(spec));
-  } else if (kind == ShapeKind::half_space) {
-    spec.shape = Shape::half_space();
-    require(table, "shape", validate(spec));
-  }
-}
-
-void read_orientation(const TomlTable& table, BodySpec& spec) {
-  if (table.read("orientation_wxyz", spec.q_WB)) {
-    if (table.has("rotation_rad")) table.refuse("rotation_rad", "orientation_wxyz is given, too");
-    require(table, "orientation_wxyz", validate(spec));
-  }
-  Vec3 r;
-  if (!table.read("rotation_rad", r)) return;
-  if (!(r.x * r.x + r.y * r.y + r.z * r.z <= kTurnMax_rad * kTurnMax_rad)) {
-    table.refuse("rotation_rad", "must be one turn at most (6.3 rad)");
-  }
-  spec.q_WB = rotation_of(r);
-}
-
-void read_mass(const TomlTable& table, BodySpec& spec) {
-  spec.mass_kg = 0;
-  const bool has_mass = table.read("mass_kg", spec.mass_kg);
-  const bool has_density = table.read("density_kgpm3", spec.density_kgpm3);
-  if (has_mass && has_density) table.refuse("density_kgpm3", "mass_kg is given, too");
-  if (has_mass && spec.mass_kg == 0) require(table, "mass_kg", Result::bad_mass);
-  const std::string_view key = has_density ? "density_kgpm3" : "mass_kg";
-  require(table, key, validate(spec));
-  MassProperties derived;
-  require(table, key, mass_properties(spec, derived));
-  if (!table.read("inertia_kgm2", spec.inertia_kgm2)) return;
-  require(table, "inertia_kgm2", validate(spec));
-  require(table, "inertia_kgm2", mass_properties(spec, derived));
-}
-
-BodySpec read_body(const TomlTable& table) {
-  BodySpec spec;
-  spec.mass_kg = 1;  // until the mass is read: so each key can be judged as soon as it is there
-  const auto read = [&](std::string_view key, auto& target) {
-    if (table.read(key, target)) require(table, key, validate(spec));
-  };
-  read("name", spec.name);
-  table.read("kind", spec.kind, kBodyKinds);
-  read_shape(table, spec);
-  read("friction", spec.material.friction);
-  read("restitution", spec.material.restitution);
-  read("position_m", spec.p_WBo);
-  read_orientation(table, spec);
-  read("velocity_mps", spec.v_WBcm);
-  read("angular_velocity_radps", spec.w_WB);
-  read_mass(table, spec);
-  return spec;
 }
 
 TimedWrench read_wrench(const TomlTable& table) {
@@ -227,16 +122,20 @@ TimedWrench read_wrench(const TomlTable& table) {
 
 class SceneReader {
  public:
-  explicit SceneReader(const TomlFile& file) : root_(file, kSceneKeys) { scene_.name = file.name; }
+  explicit SceneReader(const TomlFile& file) : root_(file, kSceneKeys), shapes_(file.name) {
+    scene_.name = file.name;
+  }
 
   Scene read() {
     if (const auto world = root_.table("world", kWorldKeys)) {
       scene_.settings = read_settings(*world);
     }
-    for (const TomlTable& table : root_.tables("body", kBodyKeys)) {
+    for (const TomlTable& entry : root_.tables("body", kBodyKeys)) {
+      const TomlTable table = entry.about(description(entry));
       add(table, read_body(table), read_wrenches(table));
     }
     for (const TomlTable& table : root_.tables("lattice", kLatticeKeys)) add_lattice(table);
+    scene_.geometries = shapes_.take_geometries();
     std::stable_sort(scene_.wrenches.begin(), scene_.wrenches.end(),
                      [](const auto& a, const auto& b) { return a.tick < b.tick; });
     return std::move(scene_);
@@ -244,6 +143,69 @@ class SceneReader {
 
  private:
   using Wrenches = std::vector<TimedWrench>;
+
+  /// What refusals call the body of a table: its name, or else its id.
+  std::string description(const TomlTable& body) const {
+    std::string name;
+    body.read("name", name);
+    if (name.empty()) return "body " + std::to_string(scene_.bodies.size() + 1);
+    return "body \"" + name + "\"";
+  }
+
+  BodySpec read_body(const TomlTable& table) {
+    BodySpec spec;
+    spec.mass_kg = 1;  // until the mass is read: so each key can be judged as soon as it is there
+    const auto read = [&](std::string_view key, auto& target) {
+      if (table.read(key, target)) require(table, key, validate(spec));
+    };
+    read("name", spec.name);
+    table.read("kind", spec.kind, kBodyKinds);
+    shapes_.read(table, spec);
+    read("friction", spec.material.friction);
+    read("restitution", spec.material.restitution);
+    read("position_m", spec.p_WBo);
+    read_orientation(table, spec.q_WB);
+    read("velocity_mps", spec.v_WBcm);
+    read("angular_velocity_radps", spec.w_WB);
+    read_mass(table, spec);
+    return spec;
+  }
+
+  void read_mass(const TomlTable& table, BodySpec& spec) const {
+    spec.mass_kg = 0;
+    const bool has_mass = table.read("mass_kg", spec.mass_kg);
+    const bool has_density = table.read("density_kgpm3", spec.density_kgpm3);
+    if (has_mass && has_density) table.refuse("density_kgpm3", "mass_kg is given, too");
+    if (has_density && spec.shape.kind == ShapeKind::compound) {
+      table.refuse("density_kgpm3", "the parts of a compound have densities of their own");
+    }
+    if (has_mass && spec.mass_kg <= 0) table.refuse("mass_kg", "must be above 0");
+    if (has_density && spec.density_kgpm3 <= 0) table.refuse("density_kgpm3", "must be above 0");
+    const auto judge = [&](std::string_view key) {
+      require(table, key, validate(spec));
+      MassProperties derived;
+      require(table, key, mass_properties(spec, shapes_.mass_of(spec.shape), derived));
+    };
+    judge(has_density ? "density_kgpm3" : "mass_kg");
+    if (table.read("centre_of_mass_m", spec.p_BoBcm)) {
+      spec.sets_centre_of_mass = true;
+      judge("centre_of_mass_m");
+    }
+    read_inertia(table, spec);
+    if (spec.inertia_kgm2 != Vec3{}) judge("inertia_kgm2");
+  }
+
+  static void read_inertia(const TomlTable& table, BodySpec& spec) {
+    table.read("inertia_kgm2", spec.inertia_kgm2);
+    const bool has_products = table.read("inertia_products_kgm2", spec.inertia_products_kgm2);
+    if (has_products && spec.inertia_kgm2 == Vec3{} && spec.inertia_products_kgm2 != Vec3{}) {
+      table.refuse("inertia_products_kgm2", "needs inertia_kgm2");
+    }
+    if (validate(spec) != Result::bad_mass) return;
+    table.refuse(has_products ? "inertia_products_kgm2" : "inertia_kgm2",
+                 "no rigid body has these moments: the principal ones must be above 0, and none "
+                 "larger than the sum of the others");
+  }
 
   static Wrenches read_wrenches(const TomlTable& body) {
     Wrenches wrenches;
@@ -286,7 +248,7 @@ class SceneReader {
     }
   }
 
-  Lattice read_lattice(const TomlTable& table) const {
+  Lattice read_lattice(const TomlTable& table) {
     Lattice lattice;
     if (!table.read("count", lattice.count)) table.refuse("count", "is missing");
     std::int64_t room = scene_.settings.bodies_max;
@@ -321,6 +283,7 @@ class SceneReader {
   }
 
   TomlTable root_;
+  ShapeReader shapes_;
   Scene scene_;
   std::set<std::string> names_;
 };

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/collision/stored_geometry.h"
 #include "server/world/settings.h"
 
 namespace cradle {
@@ -26,6 +27,8 @@ struct TimedWrench {
 struct Scene {
   std::string name;  ///< what it is called in errors: its path
   WorldSettings settings;
+  std::vector<GeometryPointer>
+      geometries;                     ///< hulls, meshes, compounds: bodies name them from 1 on
   std::vector<BodySpec> bodies;       ///< those of [[body]], then those of [[lattice]]
   std::vector<TimedWrench> wrenches;  ///< in ascending order of ticks
 };

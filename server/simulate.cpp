@@ -62,9 +62,12 @@ class Trace {
 }  // namespace
 
 SceneRun::SceneRun(Scene scene) : scene_(std::move(scene)), world_(scene_.settings) {
+  for (const GeometryPointer& geometry : scene_.geometries) world_.add_geometry(geometry);
   const Outcome made = world_.spawn(scene_.bodies);
   if (made.result != Result::ok) {
-    throw SceneError(scene_.name + ": body number " + std::to_string(made.item) + ": " +
+    const std::string& name = scene_.bodies[static_cast<std::size_t>(made.item)].name;
+    throw SceneError(scene_.name + ": body number " + std::to_string(made.item) +
+                     (name.empty() ? "" : " \"" + name + "\"") + ": " +
                      std::string(to_string(made.result)));
   }
   first_ = made.body;
@@ -128,6 +131,7 @@ void simulate(const SimulateOptions& options) {
   summary.tick_times = summarise(std::move(times_us));
   summary.bodies = run.world().body_count();
   summary.quarantined = run.world().quarantined_count();
+  summary.not_colliding = run.world().not_colliding_count();
   summary.totals = run.world().totals();
   summary.hash = run.world().hash();
   summary_output->write(to_json(summary));

@@ -182,6 +182,41 @@ bool TomlTable::read(std::string_view key, std::span<double> target) const {
   return true;
 }
 
+template <class Number, class Take>
+bool TomlTable::read_triples(std::string_view key, const std::string& wanted, Take&& take,
+                             std::vector<std::array<Number, 3>>& target) const {
+  const toml::node* found = node(key);
+  if (!found) return false;
+  if (!found->is_array()) refuse_type(key, *found, wanted);
+  target.clear();
+  for (const toml::node& item : *found->as_array()) {
+    const toml::array* triple = item.as_array();
+    if (!triple) refuse_type(key, item, wanted);
+    if (triple->size() != 3) refuse_at(item.source(), std::string(key) + ": must be " + wanted);
+    std::array<Number, 3>& numbers = target.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto number = take((*triple)[k]);
+      if (!number) refuse_type(key, (*triple)[k], wanted);
+      numbers[k] = *number;
+    }
+  }
+  return true;
+}
+
+bool TomlTable::read(std::string_view key, std::vector<std::array<double, 3>>& target) const {
+  const auto take = [](const toml::node& item) {
+    return item.is_number() ? item.value<double>() : std::nullopt;
+  };
+  return read_triples(key, "lists of 3 numbers", take, target);
+}
+
+bool TomlTable::read(std::string_view key, std::vector<std::array<std::int64_t, 3>>& target) const {
+  const auto take = [](const toml::node& item) {
+    return item.is_integer() ? std::optional(item.as_integer()->get()) : std::nullopt;
+  };
+  return read_triples(key, "lists of 3 integers", take, target);
+}
+
 bool TomlTable::read(std::string_view key, Vec3& target) const {
   std::array<double, 3> v{};
   if (!read(key, v)) return false;
@@ -211,7 +246,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, TomlKeys keys) co
   if (!found->is_array()) refuse_type(key, *found, wanted);
   for (const toml::node& item : *found->as_array()) {
     if (!item.is_table()) refuse_type(key, item, wanted);
-    result.emplace_back(*file_, *item.as_table(), keys);
+    result.push_back(TomlTable(*file_, *item.as_table(), keys).about(subject_));
   }
   return result;
 }
@@ -247,7 +282,7 @@ void TomlTable::refuse_type(std::string_view key, const toml::node& found,
 }
 
 void TomlTable::refuse_at(const toml::source_region& where, const std::string& reason) const {
-  file_->refuse(located(*file_, where, reason));
+  file_->refuse(located(*file_, where, subject_.empty() ? reason : reason + " (" + subject_ + ")"));
   std::abort();  // a Refuse does not return
 }
 

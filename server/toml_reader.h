@@ -7,6 +7,7 @@
 #include <cradle/types.h>
 #include <toml++/toml.h>
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -62,6 +63,13 @@ class TomlTable {
   TomlTable(const TomlFile& file, const toml::table& table, TomlKeys keys);
   TomlTable(const TomlFile& file, TomlKeys keys) : TomlTable(file, file.root, keys) {}
 
+  /// The same table, whose refusals, and those of the tables in it, end with this subject.
+  TomlTable about(std::string subject) const {
+    TomlTable table = *this;
+    table.subject_ = std::move(subject);
+    return table;
+  }
+
   bool has(std::string_view key) const { return node(key) != nullptr; }
   /// Of a key that is there.
   int line(std::string_view key) const;
@@ -77,6 +85,8 @@ class TomlTable {
   bool read(std::string_view key, Quat& target) const;  ///< [w, x, y, z]
   bool read(std::string_view key, std::span<double> target) const;
   bool read(std::string_view key, std::span<std::int64_t> target) const;
+  bool read(std::string_view key, std::vector<std::array<double, 3>>& target) const;
+  bool read(std::string_view key, std::vector<std::array<std::int64_t, 3>>& target) const;
 
   template <class T>
   bool read(std::string_view key, std::optional<T>& target) const {
@@ -114,6 +124,9 @@ class TomlTable {
  private:
   const toml::node* node(std::string_view key) const;
   const toml::array* array(std::string_view key, std::size_t size, const std::string& wanted) const;
+  template <class Number, class Take>
+  bool read_triples(std::string_view key, const std::string& wanted, Take&& take,
+                    std::vector<std::array<Number, 3>>& target) const;
   [[noreturn]] void refuse_type(std::string_view key, const toml::node& found,
                                 const std::string& wanted) const;
   [[noreturn]] void refuse_at(const toml::source_region& where, const std::string& reason) const;
@@ -121,6 +134,7 @@ class TomlTable {
   const TomlFile* file_;
   const toml::table* table_;
   TomlKeys keys_;
+  std::string subject_;
 };
 
 }  // namespace cradle

@@ -41,8 +41,8 @@ class Output {
 inline constexpr const char* kTraceHeader =
     "tick,time_s,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
 
-/// The line of one body: pose and velocity of its centre of mass (which is the origin of every
-/// shape there is), m, m/s, rad/s, in W. `name` as CSV quotes it.
+/// The line of one body: its pose, the velocity of its centre of mass and its angular velocity, m,
+/// m/s, rad/s, in W. `name` as CSV quotes it.
 std::string trace_line(Tick tick, double time_s, const std::string& name, const BodyState& state);
 
 /// `text` in quotes if CSV needs them (RFC 4180).
@@ -57,6 +57,7 @@ struct Summary {
   TickTimes tick_times;
   std::int64_t bodies = 0;
   std::int64_t quarantined = 0;
+  std::int64_t not_colliding = 0;  ///< bodies of shapes that do not collide yet
   StepReport last_step;
   double penetration_max_m = 0;  ///< of all ticks
   Totals totals;

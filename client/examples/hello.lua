@@ -9,7 +9,8 @@
 -- often. Ids, sequences, ticks and epochs stay below 2^53: a double holds them.
 
 local lcm = require 'lcm'
-local function wire(name) return require('cradle_wire.' .. name .. '_v1') end
+local versions = { body_spec = 2, spawn = 2 } -- of the others: 1
+local function wire(name) return require('cradle_wire.' .. name .. '_v' .. (versions[name] or 1)) end
 
 -- liblcm-lua 1.3.1 unpacks at most 20 numbers at once; the heartbeat has 27 in a row: one by one.
 local unpack_few, bytes_of = lcm._pack.unpack, { i = 4, q = 8, d = 8 }
@@ -23,7 +24,7 @@ function lcm._pack.unpack(format, bytes)
   return table.unpack(values)
 end
 
-local kProtocolVersion = 1
+local kProtocolVersion = 2
 local kOk = 0
 local interim = { [1] = 'queued', [2] = 'held', [14] = 'gap', [18] = 'busy' } -- of protocol/include/cradle/result.h
 

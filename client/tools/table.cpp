@@ -48,12 +48,10 @@ std::string bar(double speed_mps, const Style& style) {
 }
 
 std::string kind_of(const BodyState& state, const Event* about) {
-  static constexpr std::array<const char*, 4> kShapes = {"point", "sphere", "box", "half-space"};
   std::string shape = "body";
-  if (about) {
-    const auto kind = static_cast<std::size_t>(about->shape.kind);
-    if (kind < kShapes.size()) shape = kShapes[kind];
-  }
+  if (about) shape = word_of(about->shape.kind);
+  if (shape == "none") shape = "point";
+  if (shape == "half_space") shape = "half-space";
   if (state.kind == BodyKind::kinematic) return "kinematic " + shape;
   return state.kind == BodyKind::fixed ? "static " + shape : shape;
 }

@@ -32,9 +32,7 @@ struct SpawnArguments {
   /// False if there are not as many sizes as the shape has.
   bool shape_up() {
     auto& shape = spec.shape;
-    const std::map<ShapeKind, std::size_t> sizes = {
-        {ShapeKind::sphere, 1}, {ShapeKind::box, 3}, {ShapeKind::half_space, 0}};
-    if (size.size() != sizes.at(shape.kind)) return false;
+    if (size.size() != size_count(shape.kind)) return false;
     std::copy(size.begin(), size.end(), shape.parameters.begin());
     return true;
   }
@@ -53,14 +51,20 @@ void add_spawn(CLI::App& app, Action& action) {
   BodySpec& spec = arguments->spec;
   spec.shape = Shape::sphere(0);
   CLI::App* sub = app.add_subcommand("spawn", "Make a body; prints its id");
-  const std::map<std::string, ShapeKind> shapes = {{"sphere", ShapeKind::sphere},
-                                                   {"box", ShapeKind::box},
-                                                   {"half_space", ShapeKind::half_space}};
-  sub->add_option("--shape", spec.shape.kind, "sphere, box or half_space (solid below its z = 0)")
+  const std::map<std::string, ShapeKind> shapes = {
+      {"sphere", ShapeKind::sphere},         {"box", ShapeKind::box},
+      {"half_space", ShapeKind::half_space}, {"capsule", ShapeKind::capsule},
+      {"cylinder", ShapeKind::cylinder},     {"cone", ShapeKind::cone},
+      {"ellipsoid", ShapeKind::ellipsoid}};
+  sub->add_option("--shape", spec.shape.kind,
+                  "sphere, box, half_space (solid below its z = 0), capsule, cylinder, cone or "
+                  "ellipsoid (these four do not collide yet)")
       ->transform(CLI::CheckedTransformer(shapes))
       ->type_name("SHAPE")
       ->required();
-  sub->add_option("--size", arguments->size, "sphere: radius; box: half extents x y z (m)")
+  sub->add_option("--size", arguments->size,
+                  "sphere: radius; box, ellipsoid: half extents x y z; others: radius and half the "
+                  "length along z, of a capsule without its ends (m)")
       ->expected(0, 3)
       ->type_name("M...");
   const std::map<std::string, BodyKind> kinds = {{"dynamic", BodyKind::dynamic},
@@ -86,7 +90,9 @@ void add_spawn(CLI::App& app, Action& action) {
   sub->add_option("--restitution", spec.material.restitution, "0 .. 1 (default 0)");
   sub->callback([&action, arguments] {
     if (!arguments->shape_up()) {
-      throw CLI::ValidationError("--size", "sphere takes 1 number, box 3, half_space none");
+      throw CLI::ValidationError("--size",
+                                 "sphere takes 1 number, box and ellipsoid 3, half_space none, "
+                                 "capsule, cylinder and cone 2");
     }
     action = [arguments](Session& session) { return spawn(session, arguments->spec); };
   });

@@ -1,5 +1,7 @@
 #include "server/collision/bounds.h"
 
+#include <cmath>
+
 namespace cradle {
 namespace {
 
@@ -32,7 +34,17 @@ double bounding_radius(const Shape& shape) {
       return shape.radius_m();
     case ShapeKind::box:
       return to_eigen(shape.half_extents_m()).norm();
+    case ShapeKind::capsule:
+      return shape.radius_m() + shape.half_length_m();
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      return std::hypot(shape.radius_m(), shape.half_length_m());
+    case ShapeKind::ellipsoid:
+      return to_eigen(shape.half_extents_m()).maxCoeff();
     case ShapeKind::half_space:
+    case ShapeKind::hull:
+    case ShapeKind::mesh:
+    case ShapeKind::compound:
       break;
   }
   return std::numeric_limits<double>::infinity();

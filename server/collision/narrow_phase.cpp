@@ -34,6 +34,8 @@ constexpr PairFunction kPairTable[kKinds][kKinds] = {
 
 }  // namespace
 
+bool can_collide(ShapeKind kind) { return static_cast<std::size_t>(kind) < kKinds; }
+
 Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
                  double margin) {
   const auto row = static_cast<std::size_t>(shape_A.kind);

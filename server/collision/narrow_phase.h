@@ -5,6 +5,9 @@
 
 namespace cradle {
 
+/// False for shapes that no pair of the table knows yet; true for `none`, which wants no contact.
+bool can_collide(ShapeKind kind);
+
 /// Contacts of A and B that are closer than `margin` (m). Symmetric in its arguments up to the
 /// sign of the normal, but for two boxes whose best faces are equally good: then A's gives it.
 /// Pairs without a closed form, with a shape `none` or with a pose that is not finite give none.

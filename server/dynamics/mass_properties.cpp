@@ -1,61 +1,47 @@
-// Density integrals of constant density rho (any textbook, e.g. Goldstein, Classical Mechanics,
-// section 5.3):
-//   sphere of radius r           V = 4/3 pi r^3    J = 2/5 m r^2
-//   box of half extents a, b, c  V = 8 a b c       J_x = m/3 (b^2 + c^2), cyclic
 #include "server/dynamics/mass_properties.h"
 
 #include <cradle/limits.h>
 
-#include <numbers>
-
 namespace cradle {
 namespace {
 
-double volume(const Shape& shape) {
-  switch (shape.kind) {
-    case ShapeKind::sphere: {
-      const double r = shape.radius_m();
-      return 4.0 / 3.0 * std::numbers::pi * r * r * r;
-    }
-    case ShapeKind::box:
-      return 8 * to_eigen(shape.half_extents_m()).prod();
-    case ShapeKind::none:
-    case ShapeKind::half_space:
-      break;
-  }
-  return 0;
+MassDistribution of_shape(const BodySpec& spec, const MassDistribution* stored) {
+  if (stored == nullptr) return mass_distribution(spec.shape, spec.density_kgpm3);
+  MassDistribution all = *stored;
+  if (spec.shape.kind != ShapeKind::compound) all.mass_kg *= spec.density_kgpm3;
+  return all;
 }
 
-/// Principal moments of a kilogram of the shape.
-Vector unit_inertia(const Shape& shape) {
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return Vector::Constant(0.4 * shape.radius_m() * shape.radius_m());
-    case ShapeKind::box: {
-      const Vector squares = to_eigen(shape.half_extents_m()).cwiseAbs2();
-      return (Vector::Constant(squares.sum()) - squares) / 3;
-    }
-    case ShapeKind::none:
-    case ShapeKind::half_space:
-      break;
-  }
-  return Vector::Zero();
+Matrix tensor(const Vec3& diagonal, const Vec3& products) {
+  Matrix J = to_eigen(diagonal).asDiagonal();
+  J(0, 1) = J(1, 0) = products.x;
+  J(0, 2) = J(2, 0) = products.y;
+  J(1, 2) = J(2, 1) = products.z;
+  return J;
 }
 
 }  // namespace
 
-Result mass_properties(const BodySpec& spec, MassProperties& properties) {
+Result mass_properties(const BodySpec& spec, const MassDistribution* stored,
+                       MassProperties& properties) {
   properties = {};
   if (spec.kind != BodyKind::dynamic) return Result::ok;
-  const double mass = spec.mass_kg > 0 ? spec.mass_kg : spec.density_kgpm3 * volume(spec.shape);
+  if (stored != nullptr && !(stored->mass_kg > 0)) return Result::bad_shape;  // open: no solid
+  const MassDistribution shape = of_shape(spec, stored);
+  const double mass = spec.mass_kg > 0 ? spec.mass_kg : shape.mass_kg;
   if (!(mass > 0)) return Result::bad_mass;
   if (mass < limits::kMassMin_kg || mass > limits::kMassMax_kg) return Result::out_of_range;
+  const bool is_given = spec.inertia_kgm2 != Vec3{};
+  const PrincipalAxes axes = principal_axes(
+      is_given ? tensor(spec.inertia_kgm2, spec.inertia_products_kgm2) : Matrix(mass * shape.G));
 
-  const Vector given = to_eigen(spec.inertia_kgm2);
-  const Vector inertia = given.isZero(0) ? Vector(mass * unit_inertia(spec.shape)) : given;
+  const Vector& inertia = axes.moments;
   if (inertia.maxCoeff() > limits::kInertiaMax_kgm2) return Result::out_of_range;
   properties.mass_kg = mass;
   properties.inverse_mass = 1 / mass;
+  properties.p_BoBcm = spec.sets_centre_of_mass ? to_eigen(spec.p_BoBcm) : shape.p_BoBcm;
+  properties.q_BP = axes.q_BP;
+  properties.is_offset = !properties.p_BoBcm.isZero(0) || !axes.are_of_B;
   if (inertia.isZero(0)) return Result::ok;
   if (inertia.minCoeff() < limits::kInertiaMin_kgm2) return Result::out_of_range;
   properties.inertia_kgm2 = inertia;

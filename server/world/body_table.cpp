@@ -28,8 +28,12 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
   inverse_mass.push_back(mass_properties.inverse_mass);
   inertia.push_back(mass_properties.inertia_kgm2);
   inverse_inertia.push_back(mass_properties.inverse_inertia);
-  x.push_back(to_eigen(spec.p_WBo));
-  q.push_back(normalised(to_eigen(spec.q_WB)));
+  p_BoBcm.push_back(mass_properties.p_BoBcm);
+  q_BP.push_back(mass_properties.q_BP);
+  is_offset.push_back(mass_properties.is_offset ? 1 : 0);
+  x.emplace_back();
+  q.emplace_back();
+  place(id.size() - 1, {to_eigen(spec.p_WBo), normalised(to_eigen(spec.q_WB))});
   v.push_back(moves ? to_eigen(spec.v_WBcm) : Vector(Vector::Zero()));
   w.push_back(moves ? to_eigen(spec.w_WB) : Vector(Vector::Zero()));
   in_contact.push_back(0);

@@ -2,6 +2,10 @@
 ///
 /// Ids grow with creation, so slots are sorted by id. Removing bodies closes the gaps: slots
 /// change, ids do not. Only the world indexes these arrays.
+///
+/// What moves is the frame P of a body: its origin is the centre of mass Bcm, its axes are
+/// principal. Users and shapes have the frame B, which is fixed in P, and for most bodies the same:
+/// `frame` and `place` go from one to the other.
 #pragma once
 
 #include <array>
@@ -17,6 +21,12 @@ namespace cradle {
 
 using NameBytes = std::array<char, 32>;  ///< zero padded
 
+/// A body as users see it.
+struct BodyFrame {
+  Vector p_WBo;  ///< m
+  Rotation q_WB;
+};
+
 struct BodyTable {
   std::vector<std::int64_t> id;
   std::vector<BodyKind> kind;
@@ -25,10 +35,13 @@ struct BodyTable {
   std::vector<NameBytes> name;
   std::vector<double> mass;  ///< kg; 0 for bodies that do not yield
   std::vector<double> inverse_mass;
-  std::vector<Vector> inertia;  ///< principal moments J in B, kg m^2
+  std::vector<Vector> inertia;  ///< principal moments J in P, kg m^2
   std::vector<Vector> inverse_inertia;
-  std::vector<Vector> x;                  ///< m, in W; Bo and Bcm are the same point
-  std::vector<Rotation> q;                ///< q_WB
+  std::vector<Vector> p_BoBcm;            ///< m, in B
+  std::vector<Rotation> q_BP;             ///< turns vectors of P into B
+  std::vector<std::uint8_t> is_offset;    ///< P is not B: p_BoBcm or q_BP says more than nothing
+  std::vector<Vector> x;                  ///< Bcm, m, in W
+  std::vector<Rotation> q;                ///< q_WP
   std::vector<Vector> v;                  ///< m/s, in W
   std::vector<Vector> w;                  ///< rad/s, in W
   std::vector<std::uint8_t> in_contact;   ///< in the last tick
@@ -48,6 +61,9 @@ struct BodyTable {
     f("inverse_mass", inverse_mass);
     f("inertia", inertia);
     f("inverse_inertia", inverse_inertia);
+    f("p_BoBcm", p_BoBcm);
+    f("q_BP", q_BP);
+    f("is_offset", is_offset);
     f("x", x);
     f("q", q);
     f("v", v);
@@ -64,6 +80,18 @@ struct BodyTable {
 
   /// Removes the slots whose flag is not zero; the others keep their order.
   void remove(const std::vector<std::uint8_t>& is_removed);
+
+  /// Where Bo and B are.
+  BodyFrame frame(std::size_t i) const {
+    if (is_offset[i] == 0) return {x[i], q[i]};
+    const Rotation q_WB = q[i] * q_BP[i].conjugate();
+    return {x[i] - q_WB * p_BoBcm[i], q_WB};
+  }
+  /// Puts Bo and B there; `B.q_WB` has unit length.
+  void place(std::size_t i, const BodyFrame& B) {
+    x[i] = is_offset[i] == 0 ? B.p_WBo : Vector(B.p_WBo + B.q_WB * p_BoBcm[i]);
+    q[i] = is_offset[i] == 0 ? B.q_WB : B.q_WB * q_BP[i];
+  }
 
   bool is_moving(std::size_t i) const {
     return kind[i] == BodyKind::dynamic && quarantined[i] == 0;

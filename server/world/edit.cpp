@@ -7,6 +7,7 @@
 
 #include "protocol/validate.h"
 #include "server/dynamics/rotation.h"
+#include "server/world/geometry_digest.h"
 
 namespace cradle {
 namespace {
@@ -26,6 +27,16 @@ Outcome find_all(const BodyTable& bodies, std::span<const BodyId> wanted,
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   return {};
+}
+
+/// What a shape's stored geometry weighs, if it is one that the world holds.
+Result find_stored(const World::State& s, const Shape& shape, const MassDistribution*& found) {
+  if (!is_stored(shape.kind)) return Result::ok;
+  const auto number = static_cast<std::size_t>(shape.parameters[0]);
+  if (number < 1 || number > s.geometries.size()) return Result::bad_shape;
+  if (s.geometries[number - 1]->kind() != shape.kind) return Result::bad_shape;
+  found = &s.geometry_masses[number - 1];
+  return Result::ok;
 }
 
 /// Names must be new to the world and to each other.
@@ -51,8 +62,18 @@ Event event_of(const World::State& s, std::size_t i, EventKind kind) {
   event.body_kind = s.bodies.kind[i];
   event.shape = s.bodies.shape[i];
   event.mass_kg = s.bodies.mass[i];
+  event.p_BoBcm = to_plain(s.bodies.p_BoBcm[i]);
   event.name = s.bodies.name_text(i);
   return event;
+}
+
+std::int64_t World::add_geometry(const GeometryPointer& geometry) {
+  State& s = *state_;
+  if (s.geometries.size() >= static_cast<std::size_t>(limits::kGeometries)) return 0;
+  s.geometries.push_back(geometry);
+  s.geometry_masses.push_back(mass_distribution(*geometry, 1));
+  s.geometry_digests.push_back(digest(*geometry));
+  return static_cast<std::int64_t>(s.geometries.size());
 }
 
 Outcome World::spawn(std::span<const BodySpec> specs) {
@@ -64,8 +85,10 @@ Outcome World::spawn(std::span<const BodySpec> specs) {
   }
   std::vector<MassProperties> masses(specs.size());
   for (std::size_t k = 0; k < specs.size(); ++k) {
+    const MassDistribution* stored = nullptr;
     Result result = validate(specs[k]);
-    if (result == Result::ok) result = mass_properties(specs[k], masses[k]);
+    if (result == Result::ok) result = find_stored(s, specs[k].shape, stored);
+    if (result == Result::ok) result = mass_properties(specs[k], stored, masses[k]);
     if (result != Result::ok) return refused(result, k);
   }
   if (const Outcome names = check_names(s, specs); names.result != Result::ok) return names;
@@ -151,8 +174,7 @@ Outcome World::set_motion(std::span<const Motion> motions) {
   for (const Motion& motion : motions) {
     const std::size_t i = *s.bodies.slot(motion.body);
     if (motion.sets_pose) {
-      s.bodies.x[i] = to_eigen(motion.p_WBo);
-      s.bodies.q[i] = normalised(to_eigen(motion.q_WB));
+      s.bodies.place(i, {to_eigen(motion.p_WBo), normalised(to_eigen(motion.q_WB))});
       s.contacts.forget(std::span(&s.bodies.id[i], 1));
     }
     if (motion.sets_velocity) {

@@ -26,9 +26,12 @@ struct World::State {
   BodyTable bodies;
   std::vector<ActiveWrench> wrenches;
   ContactCache contacts;
+  std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
 
   // Does not: made from the above, made anew each tick, or only reported.
-  std::set<std::string> names;  ///< of the bodies that have one
+  std::vector<GeometryPointer> geometries;  ///< numbered from 1, never changed: their digests count
+  std::vector<MassDistribution> geometry_masses;  ///< of them, at density 1
+  std::set<std::string> names;                    ///< of the bodies that have one
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ContactSolver> solver;
   bool renumbered = true;  ///< slots have changed since the broad phase last saw them
@@ -69,6 +72,7 @@ struct World::State {
     bodies.for_each_array(array);
     array("wrenches", wrenches);
     array("contact impulses", contacts.entries());
+    array("geometries", geometry_digests);
   }
 };
 

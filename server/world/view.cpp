@@ -1,10 +1,12 @@
 // What a world tells about itself, and its making.
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cstring>
 #include <utility>
 
+#include "server/collision/narrow_phase.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/edit.h"
 #include "server/world/state.h"
@@ -18,8 +20,9 @@ BodyState state_of(const BodyTable& bodies, std::size_t i) {
   state.kind = bodies.kind[i];
   state.in_contact = bodies.in_contact[i] != 0;
   state.quarantined = bodies.quarantined[i] != 0;
-  state.p_WBo = to_plain(bodies.x[i]);
-  state.q_WB = to_plain(bodies.q[i]);
+  const BodyFrame B = bodies.frame(i);
+  state.p_WBo = to_plain(B.p_WBo);
+  state.q_WB = to_plain(B.q_WB);
   state.v_WBcm = to_plain(bodies.v[i]);
   state.w_WB = to_plain(bodies.w[i]);
   return state;
@@ -69,6 +72,10 @@ std::int64_t World::awake_count() const {
 std::int64_t World::wrench_count() const {
   return static_cast<std::int64_t>(state_->wrenches.size());
 }
+std::int64_t World::not_colliding_count() const {
+  return std::count_if(state_->bodies.shape.begin(), state_->bodies.shape.end(),
+                       [](const Shape& shape) { return !can_collide(shape.kind); });
+}
 std::int64_t World::quarantined_count() const { return state_->quarantined; }
 
 void World::snapshot(std::vector<BodyState>& states) const {
@@ -102,13 +109,13 @@ Totals World::totals() const {
   Totals totals;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!bodies.is_moving(i)) continue;
-    const Vector w_B = bodies.q[i].conjugate() * bodies.w[i];
+    const Vector w_P = bodies.q[i].conjugate() * bodies.w[i];
     const Vector p = bodies.mass[i] * bodies.v[i];
-    const Vector spin_B = bodies.inertia[i].cwiseProduct(w_B);
-    totals.kinetic_energy_J += 0.5 * (p.dot(bodies.v[i]) + spin_B.dot(w_B));
+    const Vector spin_P = bodies.inertia[i].cwiseProduct(w_P);
+    totals.kinetic_energy_J += 0.5 * (p.dot(bodies.v[i]) + spin_P.dot(w_P));
     totals.potential_energy_J -= bodies.mass[i] * state_->gravity_W.dot(bodies.x[i]);
     momentum += p;
-    angular += bodies.x[i].cross(p) + bodies.q[i] * spin_B;
+    angular += bodies.x[i].cross(p) + bodies.q[i] * spin_P;
   }
   totals.momentum_Ns = to_plain(momentum);
   totals.angular_momentum_Nms = to_plain(angular);

@@ -67,7 +67,8 @@ void World::Steps::find_pairs(State& s) {
   s.moves.resize(n);
   s.planes.clear();
   for (std::size_t i = 0; i < n; ++i) {
-    s.poses[i] = {s.bodies.x[i], s.bodies.q[i].toRotationMatrix()};
+    const BodyFrame B = s.bodies.frame(i);
+    s.poses[i] = {B.p_WBo, B.q_WB.toRotationMatrix()};
     s.moves[i] = s.bodies.is_moving(i) ? 1 : 0;
     s.boxes[i] = {};
     if (s.bodies.quarantined[i] != 0) continue;
@@ -103,7 +104,10 @@ void World::Steps::prepare(State& s) {
   BodyTable& bodies = s.bodies;
   s.inverse_inertia_W.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    s.inverse_inertia_W[i] = rotated_diagonal(s.poses[i].R, bodies.inverse_inertia[i]);
+    const bool is_offset = bodies.is_offset[i] != 0;  // the shape's frame is not the principal one
+    s.inverse_inertia_W[i] =
+        rotated_diagonal(is_offset ? Matrix(bodies.q[i].toRotationMatrix()) : s.poses[i].R,
+                         bodies.inverse_inertia[i]);
   }
   std::fill(bodies.in_contact.begin(), bodies.in_contact.end(), std::uint8_t{0});
   s.constraints.clear();

@@ -16,6 +16,7 @@
 
 #include "protocol/command.h"
 #include "server/collision/executor.h"
+#include "server/collision/stored_geometry.h"
 #include "server/world/settings.h"
 
 namespace cradle {
@@ -54,6 +55,11 @@ class World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
+  /// Holds a hull, mesh or compound for the bodies that name it, from now on; the number is what
+  /// their Shape::stored has. 0: there are limits::kGeometries already. The world's maker does this
+  /// before it spawns; there is no command for it.
+  std::int64_t add_geometry(const GeometryPointer& geometry);
+
   // --- commands: all of a list or nothing; what is refused changes nothing
   // -------------------------
 
@@ -80,6 +86,8 @@ class World {
   std::int64_t awake_count() const;  ///< bodies that the next step may move by forces or contacts
   std::int64_t wrench_count() const;
   std::int64_t quarantined_count() const;  ///< since the start
+  /// Bodies whose shape has no row in the pair table yet: they touch nothing.
+  std::int64_t not_colliding_count() const;
 
   /// In ascending order of ids. Replaces what is in `states`.
   void snapshot(std::vector<BodyState>& states) const;

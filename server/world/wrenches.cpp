@@ -7,14 +7,17 @@
 
 namespace cradle {
 
-Resultant resultant(const Wrench& wrench, const Vector& x_W, const Rotation& q_WB, double mass) {
+Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i) {
+  const Rotation q_WB = bodies.frame(i).q_WB;
   Vector value = to_eigen(wrench.value);
   if (wrench.frame == WrenchFrame::body) value = q_WB * value;
-  if (wrench.quantity == WrenchQuantity::acceleration) value *= mass;
+  if (wrench.quantity == WrenchQuantity::acceleration) value *= bodies.mass[i];
 
   Vector arm = Vector::Zero();
-  if (wrench.point_kind == WrenchPoint::world_point) arm = to_eigen(wrench.point) - x_W;
-  if (wrench.point_kind == WrenchPoint::body_point) arm = q_WB * to_eigen(wrench.point);
+  if (wrench.point_kind == WrenchPoint::world_point) arm = to_eigen(wrench.point) - bodies.x[i];
+  if (wrench.point_kind == WrenchPoint::body_point) {
+    arm = q_WB * (to_eigen(wrench.point) - bodies.p_BoBcm[i]);
+  }
 
   switch (wrench.quantity) {
     case WrenchQuantity::torque:
@@ -39,7 +42,7 @@ void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, Bo
   }
   for (ActiveWrench& active : wrenches) {
     const std::size_t i = *bodies.slot(active.wrench.body);
-    const Resultant load = resultant(active.wrench, bodies.x[i], bodies.q[i], bodies.mass[i]);
+    const Resultant load = resultant(active.wrench, bodies, i);
     if (load.is_impulse) {
       const Matrix inverse_inertia_W =
           rotated_diagonal(bodies.q[i].toRotationMatrix(), bodies.inverse_inertia[i]);

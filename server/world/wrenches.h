@@ -21,14 +21,14 @@ struct Loads {
   std::vector<Vector> torque;        ///< N m, in W, about Bcm
 };
 
-/// The effect of one wrench on a body now: a force-like one as (force, torque), an impulse-like one
-/// as (impulse, angular impulse), in W about Bcm.
+/// The effect of one wrench on the body in slot `i` now: a force-like one as (force, torque), an
+/// impulse-like one as (impulse, angular impulse), in W about Bcm.
 struct Resultant {
   Vector linear = Vector::Zero();
   Vector angular = Vector::Zero();
   bool is_impulse = false;
 };
-Resultant resultant(const Wrench& wrench, const Vector& x_W, const Rotation& q_WB, double mass);
+Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i);
 
 /// Applies this tick's impulses to the velocities and gathers its forces, gravity included, into
 /// `loads`; counts the ticks down and drops what has ended. `wrenches` are in order of arrival.

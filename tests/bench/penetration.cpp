@@ -57,6 +57,11 @@ double overlap_with_half_space(const Shape& a, const Pose& A, const Pose& B) {
   return reach - normal.dot(A.x - B.x);
 }
 
+/// Shapes whose overlap is measured; the others touch nothing here.
+bool is_known(ShapeKind kind) {
+  return kind == ShapeKind::sphere || kind == ShapeKind::box || kind == ShapeKind::half_space;
+}
+
 double bounding_radius(const Shape& shape) {
   switch (shape.kind) {
     case ShapeKind::none:
@@ -65,7 +70,7 @@ double bounding_radius(const Shape& shape) {
       return shape.radius_m();
     case ShapeKind::box:
       return to_eigen(shape.half_extents_m()).norm();
-    case ShapeKind::half_space:
+    default:
       break;
   }
   return kInfinity;
@@ -86,7 +91,7 @@ bool is_finite(const BodyState& s) {
 
 double overlap_m(const Shape& a, const Pose& pose_A, const Shape& b, const Pose& pose_B) {
   using enum ShapeKind;
-  if (a.kind == none || b.kind == none) return -kInfinity;
+  if (!is_known(a.kind) || !is_known(b.kind)) return -kInfinity;
   if (a.kind > b.kind) return overlap_m(b, pose_B, a, pose_A);  // sphere, box, half-space
   if (b.kind == half_space) {
     return a.kind == half_space ? -kInfinity : overlap_with_half_space(a, pose_A, pose_B);
@@ -104,12 +109,12 @@ double overlap_m(const Shape& a, const Pose& pose_A, const Shape& b, const Pose&
 PenetrationCheck::PenetrationCheck(const Scene& scene) : bodies_(scene.bodies) {
   double largest_dynamic = 0;
   for (const BodySpec& body : bodies_) {
-    radii_.push_back(bounding_radius(body.shape));
+    radii_.push_back(is_known(body.shape.kind) ? bounding_radius(body.shape) : 0);
     if (body.kind == BodyKind::dynamic) largest_dynamic = std::max(largest_dynamic, radii_.back());
   }
   cell_m_ = 2 * largest_dynamic;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].shape.kind == ShapeKind::none) continue;
+    if (!is_known(bodies_[i].shape.kind)) continue;
     (radii_[i] <= largest_dynamic ? small_ : large_).push_back(i);
   }
   poses_.resize(bodies_.size());

@@ -143,9 +143,9 @@ class CommandMaker {
   }
 
   Shape shape() {
-    Shape s{one_of(ShapeKind::half_space), {}};
-    const std::size_t sizes = s.kind == ShapeKind::box ? 3 : s.kind == ShapeKind::sphere ? 1 : 0;
-    for (std::size_t i = 0; i < sizes; ++i) s.parameters[i] = positive();
+    Shape s{one_of(ShapeKind::compound), {}};
+    for (std::size_t i = 0; i < size_count(s.kind); ++i) s.parameters[i] = positive();
+    if (is_stored(s.kind)) s.parameters[0] = static_cast<double>(in_.below(4));
     if (in_.one_in(32)) s.parameters[in_.below(8)] = number();
     return s;
   }
@@ -156,6 +156,9 @@ class CommandMaker {
     s.mass_kg = positive();
     if (in_.one_in(4)) s.density_kgpm3 = positive();
     if (in_.one_in(8)) s.inertia_kgm2 = vector();
+    if (in_.one_in(16)) s.inertia_products_kgm2 = vector();
+    s.sets_centre_of_mass = in_.one_in(8);
+    if (s.sets_centre_of_mass) s.p_BoBcm = vector();
     if (in_.one_in(4)) s.material = {number(), number()};
     s.p_WBo = vector();
     s.q_WB = rotation();

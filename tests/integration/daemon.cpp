@@ -96,7 +96,7 @@ TEST_CASE("status tells the rate, the bodies and the clients") {
   const WorldStatus& s = a->status();
   CHECK(s.rate_hz == 120);
   CHECK(s.name == "test");
-  CHECK(s.protocol_version == 1);
+  CHECK(s.protocol_version == 2);
   CHECK(s.controllable);
   CHECK(s.receive_buffer_bytes > 0);
   CHECK(s.commands_applied >= 3);

@@ -76,7 +76,7 @@ class HardOfHearing {
 
   static WorldStatus status() {
     WorldStatus status;
-    status.protocol_version = 1;
+    status.protocol_version = 2;
     status.epoch = kEpoch;
     status.rate_hz = 60;
     status.state_port = parse_lcm_url(own_url())->port + 1;

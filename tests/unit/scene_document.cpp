@@ -9,6 +9,7 @@
 #include <set>
 
 #include "server/config_layers.h"
+#include "server/dynamics/mass_distribution.h"
 #include "tests/unit/scene_helpers.h"
 
 namespace cradle {
@@ -58,6 +59,7 @@ Document read_document() {
 const std::map<std::string, std::string> kBefore = {
     {"[world]", "[world]\n"},
     {"[[body]]", "[[body]]\n"},
+    {"[[body.part]]", "[[body]]\nshape = 'compound'\n[[body.part]]\n"},
     {"[[body.wrench]]", "[[body]]\nmass_kg = 1\n[[body.wrench]]\n"},
     {"[[lattice]]", "[[lattice]]\n"},
 };
@@ -104,9 +106,16 @@ bool is_same(const Scene& a, const Scene& b) {
   const auto is_same_wrench = [](const TimedWrench& v, const TimedWrench& w) {
     return v.tick == w.tick && v.body == w.body && v.wrench == w.wrench;
   };
+  // Of stored geometry only compounds matter here: their parts.
+  const auto is_same_geometry = [](const GeometryPointer& g, const GeometryPointer& h) {
+    const MassDistribution m = mass_distribution(*g, 1), n = mass_distribution(*h, 1);
+    return m.mass_kg == n.mass_kg && m.p_BoBcm == n.p_BoBcm && m.G == n.G;
+  };
   return a.settings.rate_hz == b.settings.rate_hz && a.settings.sub_steps == b.settings.sub_steps &&
          a.settings.gravity_W == b.settings.gravity_W && a.settings.solver == b.settings.solver &&
          a.bodies == b.bodies &&
+         std::equal(a.geometries.begin(), a.geometries.end(), b.geometries.begin(),
+                    b.geometries.end(), is_same_geometry) &&
          std::equal(a.wrenches.begin(), a.wrenches.end(), b.wrenches.begin(), b.wrenches.end(),
                     is_same_wrench);
 }
@@ -115,7 +124,7 @@ bool is_same(const Scene& a, const Scene& b) {
 
 TEST_CASE("the document lists exactly the keys that the readers know") {
   const Document document = read_document();
-  CHECK(document.size() == 5);
+  CHECK(document.size() == 6);
   for (const auto& [heading, keys] : document) {
     CAPTURE(heading);
     std::set<std::string> documented;
@@ -135,6 +144,10 @@ TEST_CASE("every key demands the type that the document gives, and names its lin
       if (heading == "[[body]]" && key.name == "radius_m") before = "shape = 'sphere'\n";
       if (heading == "[[body]]" && key.name == "half_extents_m") before = "shape = 'box'\n";
       if (heading == "[[body]]" && key.name != "mass_kg") before += "mass_kg = 1\n";
+      if (heading == "[[body.part]]" && key.name != "shape") before += "shape = 'hull'\n";
+      const bool is_of_any_part = key.name == "density_kgpm3" || key.name == "position_m" ||
+                                  key.name == "orientation_wxyz" || key.name == "rotation_rad";
+      if (heading == "[[body.part]]" && is_of_any_part) before = "shape = 'sphere'\nradius_m = 1\n";
       if (heading == "[[body.wrench]]" && key.name != "value") before += "value = [1, 0, 0]\n";
       const std::string all = heading == "Configuration" ? before : kBefore.at(heading) + before;
       const auto line = 1 + std::count(all.begin(), all.end(), '\n');
@@ -157,6 +170,7 @@ TEST_CASE("every default of the document is what a scene without the key gets") 
         before +=
             key.name == "density_kgpm3" ? "shape = 'sphere'\nradius_m = 1\n" : "mass_kg = 1\n";
       }
+      if (heading == "[[body.part]]") before += "shape = 'sphere'\nradius_m = 1\n";
       if (heading == "[[body.wrench]]") before += "value = [1, 0, 0]\n";
       if (heading == "[[lattice]]") {
         before += "count = [3, 3, 2]\npitch_m = [1, 1, 1]\n";

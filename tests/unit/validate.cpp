@@ -119,11 +119,13 @@ TEST_CASE("no number of a body may be infinite or not a number") {
   std::vector<Field<BodySpec>> fields = {kMass, kDensity, kFriction, kRestitution};
   for (std::size_t i = 0; i < 8; ++i) fields.push_back(parameter(i));
   append(fields, parts(&BodySpec::inertia_kgm2));
+  append(fields, parts(&BodySpec::inertia_products_kgm2));
+  append(fields, parts(&BodySpec::p_BoBcm));
   append(fields, parts(&BodySpec::p_WBo));
   append(fields, parts(&BodySpec::q_WB));
   append(fields, parts(&BodySpec::v_WBcm));
   append(fields, parts(&BodySpec::w_WB));
-  REQUIRE(fields.size() == 4 + 8 + 3 + 3 + 4 + 3 + 3);  // every double of BodySpec
+  REQUIRE(fields.size() == 4 + 8 + 3 + 3 + 3 + 3 + 4 + 3 + 3);  // every double of BodySpec
   check_finite(brick(), fields);
   for (const BodyKind kind : {BodyKind::fixed, BodyKind::kinematic}) {
     BodySpec still = brick();
@@ -197,7 +199,26 @@ TEST_CASE("a shape has its own sizes, positive, and no others") {
   CHECK(result(dynamic, ShapeKind::sphere, {1, 1}) == Result::bad_shape);
   CHECK(result(dynamic, ShapeKind::box, {1, 1, 1, 0, 0, 0, 0, 1}) == Result::bad_shape);
   CHECK(result(BodyKind::fixed, ShapeKind::half_space, {1}) == Result::bad_shape);
-  CHECK(result(dynamic, static_cast<ShapeKind>(4), {1, 1, 1}) == Result::bad_shape);
+  for (const ShapeKind two : {ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone}) {
+    CHECK(result(dynamic, two, {1, 2}) == Result::ok);
+    CHECK(result(dynamic, two, {1}) == Result::bad_shape);
+    CHECK(result(dynamic, two, {1, 2, 3}) == Result::bad_shape);
+    CHECK(result(dynamic, two, {1, kSizeMax_m * 1.01}) == Result::out_of_range);
+  }
+  CHECK(result(dynamic, ShapeKind::ellipsoid, {1, 2, 3}) == Result::ok);
+  CHECK(result(dynamic, ShapeKind::ellipsoid, {1, 2, 0}) == Result::bad_shape);
+  for (const ShapeKind stored : {ShapeKind::hull, ShapeKind::mesh, ShapeKind::compound}) {
+    CHECK(result(dynamic, stored, {1}) == Result::ok);  // whether there is one, the world knows
+    CHECK(result(dynamic, stored, {kGeometries}) == Result::ok);
+    for (const double bad : {0.0, -1.0, 1.5, kGeometries + 1.0, 1e300}) {
+      CHECK(result(dynamic, stored, {bad}) == Result::bad_shape);
+    }
+    CHECK(result(dynamic, stored, {1, 1}) == Result::bad_shape);
+    CHECK(result(dynamic, stored, {std::nan("")}) == Result::not_finite);
+  }
+  for (const int unknown : {-1, 11}) {
+    CHECK(result(dynamic, static_cast<ShapeKind>(unknown), {}) == Result::bad_shape);
+  }
 }
 
 TEST_CASE("a dynamic body needs a mass, or a shape and a density") {
@@ -245,6 +266,58 @@ TEST_CASE("moments of inertia are those that some rigid body has") {
   CHECK(equal(below(kInertiaMin_kgm2)) == Result::out_of_range);
   CHECK(equal(kInertiaMax_kgm2) == Result::ok);
   CHECK(equal(above(kInertiaMax_kgm2)) == Result::out_of_range);
+}
+
+TEST_CASE("a tensor with products is one whose principal moments some rigid body has") {
+  // J = R diag(1, 1 + x, 2) R^T for turns about slanted axes: physical for x >= 0, since flat at 0.
+  const auto result = [](double x, int turn) {
+    const double a = 0.4 * turn, n[3] = {1.0 / 3, -2.0 / 3, 2.0 / 3};
+    const double moments[3] = {1, 1 + x, 2}, c = std::cos(a), s = std::sin(a);
+    double R[3][3], J[3][3] = {};
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {  // Rodrigues' formula
+        const int k = 3 - i - j;
+        const double across = i == j ? 0 : ((j - i + 3) % 3 == 1 ? -n[k] : n[k]);
+        R[i][j] = (i == j ? c : 0) + s * across + (1 - c) * n[i] * n[j];
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) J[i][j] += R[i][k] * moments[k] * R[j][k];
+      }
+    }
+    BodySpec spec = ball();
+    spec.inertia_kgm2 = {J[0][0], J[1][1], J[2][2]};
+    spec.inertia_products_kgm2 = {J[0][1], J[0][2], J[1][2]};
+    return validate(spec);
+  };
+  for (int turn = 0; turn < 16; ++turn) {
+    CAPTURE(turn);
+    CHECK(result(0.5, turn) == Result::ok);
+    CHECK(result(0, turn) == Result::ok);  // flat, up to rounding
+    CHECK(result(-1e-7, turn) == Result::bad_mass);
+    CHECK(result(-0.5, turn) == Result::bad_mass);
+  }
+  BodySpec spec = ball();
+  spec.inertia_kgm2 = {1, 1, 1};
+  for (double Vec3::*product : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+    spec.inertia_products_kgm2 = {};
+    spec.inertia_products_kgm2.*product = 0.49;  // moments 0.51, 1, 1.49
+    CHECK(validate(spec) == Result::ok);
+    spec.inertia_products_kgm2.*product = -0.51;
+    CHECK(validate(spec) == Result::bad_mass);
+  }
+  spec.inertia_kgm2 = {};  // products alone
+  CHECK(validate(spec) == Result::bad_mass);
+}
+
+TEST_CASE("a centre of mass counts only where it is said to") {
+  BodySpec spec = ball();
+  spec.sets_centre_of_mass = true;
+  check_bound(spec, parts(&BodySpec::p_BoBcm), kSizeMax_m);
+  spec.sets_centre_of_mass = false;
+  spec.p_BoBcm = {0, 0, 1};
+  CHECK(validate(spec) == Result::bad_mass);
 }
 
 TEST_CASE("a rotation needs a length that can be normalised, not length one") {

@@ -14,6 +14,8 @@ namespace {
 /// A world with something of everything: contact, flight, wrenches, a removed body.
 World busy_world() {
   World world(settings());
+  const Vector corners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  world.add_geometry(make_hull(corners).geometry);
   add(world, ground());
   for (int i = 0; i < 4; ++i) add(world, brick({0.5, 0.5, 0.5}, {0.1 * i, 0, 0.5 + i}));
   const BodyId gone = add(world, ball(0.5, {5, 0, 9}));

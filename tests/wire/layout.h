@@ -26,7 +26,7 @@ inline constexpr Layout layout_of(MessageKind kind) {
     case MessageKind::hello:
       return {kCommand + 4 + kNameBytes, 0};
     case MessageKind::spawn:
-      return {kList, 2 * 4 + (8 + 2 + 3 + 2) * 8 + kMotion + kNameBytes};
+      return {kList, 3 * 4 + (8 + 2 + 3 + 3 + 3 + 2) * 8 + kMotion + kNameBytes};
     case MessageKind::despawn:
     case MessageKind::clear_wrenches:
       return {kList, 8};
@@ -49,7 +49,7 @@ inline constexpr Layout layout_of(MessageKind kind) {
     case MessageKind::events:
       break;
   }
-  return {kFingerprintBytes + 4 + 2 * 8, 3 * 8 + 4 * 4 + (8 + 1) * 8 + kNameBytes};
+  return {kFingerprintBytes + 4 + 2 * 8, 3 * 8 + 4 * 4 + (8 + 1 + 3) * 8 + kNameBytes};
 }
 
 }  // namespace cradle::test

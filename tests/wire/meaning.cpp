@@ -88,7 +88,7 @@ TEST_CASE("a header that no receipt could repeat cannot be read on its own eithe
 TEST_CASE("unknown enumerators and impossible ids are refused in commands") {
   auto spawn = command<Spawn>(MessageKind::spawn);
   CHECK(has_last(spawn, spawn.bodies[1].kind, BodyKind::dynamic));
-  CHECK(has_last(spawn, spawn.bodies[1].shape.kind, ShapeKind::half_space));
+  CHECK(has_last(spawn, spawn.bodies[1].shape.kind, ShapeKind::compound));
 
   auto push = command<Push>(MessageKind::push);
   Wrench& wrench = push.wrenches[1];
@@ -128,7 +128,7 @@ TEST_CASE("unknown enumerators and impossible numbers are refused in what the se
   Event& event = events.events[1];
   CHECK(has_last(events, event.kind, EventKind::described));
   CHECK(has_last(events, event.body_kind, BodyKind::dynamic));
-  CHECK(has_last(events, event.shape.kind, ShapeKind::half_space));
+  CHECK(has_last(events, event.shape.kind, ShapeKind::compound));
   CHECK(has_range(events, events.epoch, 1, kMax));
   CHECK(has_range(events, events.first, 0, kMax));
   CHECK(has_range(events, event.body.value, 1, kMax));
@@ -183,17 +183,22 @@ TEST_CASE("unknown flags are refused") {
   const std::size_t motion_what = layout_of(MessageKind::set_motion).fixed + 8;
   const std::size_t state_flags = layout_of(MessageKind::states).fixed + 8 + 4;
   constexpr std::size_t kStatusFlags = kFingerprintBytes + 4;
+  const std::size_t spawn_sets = layout_of(MessageKind::spawn).fixed + 2 * 4;  // kind, shape
+  const Bytes spawn = encode(sample<Command>(MessageKind::spawn));
   const Bytes motion = encode(sample<Command>(MessageKind::set_motion));
   const Bytes states = encode(sample<StateChunk>(MessageKind::states));
   const Bytes status = encode(sample<WorldStatus>(MessageKind::status));
   for (std::int32_t flags = 0; flags < 64; ++flags) {
     CAPTURE(flags);
     const bool is_of_two = flags < 4;
+    CHECK(decode_command(MessageKind::spawn, patched(spawn, spawn_sets, flags)).has_value() ==
+          (flags < 2));
     CHECK(decode_command(MessageKind::set_motion, patched(motion, motion_what + 4, flags))
               .has_value() == is_of_two);
     CHECK(decode_states(patched(states, state_flags, flags)).has_value() == is_of_two);
     CHECK(decode_status(patched(status, kStatusFlags, flags)).has_value() == (flags < 32));
   }
+  CHECK(!decode_command(MessageKind::spawn, patched(spawn, spawn_sets, -1)));
   CHECK(!decode_command(MessageKind::set_motion, patched(motion, motion_what, -1)));
   CHECK(!decode_states(patched(states, state_flags, -1)));
   CHECK(!decode_status(patched(status, kStatusFlags, -1)));

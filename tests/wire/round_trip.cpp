@@ -131,12 +131,21 @@ TEST_CASE("numbers stand in the order of lcmtypes, or another language would rea
   spec.mass_kg = 9;
   spec.density_kgpm3 = 10;
   spec.inertia_kgm2 = {11, 12, 13};
-  spec.material = {14, 15};
-  spec.p_WBo = {16, 17, 18};
-  spec.q_WB = {19, 20, 21, 22};
-  spec.v_WBcm = {23, 24, 25};
-  spec.w_WB = {26, 27, 28};
-  check_counting(encode(Command{{}, Spawn{{spec}}}), list + 2 * 4, 28);
+  spec.inertia_products_kgm2 = {14, 15, 16};
+  spec.p_BoBcm = {17, 18, 19};
+  spec.material = {20, 21};
+  spec.p_WBo = {22, 23, 24};
+  spec.q_WB = {25, 26, 27, 28};
+  spec.v_WBcm = {29, 30, 31};
+  spec.w_WB = {32, 33, 34};
+  check_counting(encode(Command{{}, Spawn{{spec}}}), list + 3 * 4, 34);
+
+  Event event;
+  event.shape.parameters = {1, 2, 3, 4, 5, 6, 7, 8};
+  event.mass_kg = 9;
+  event.p_BoBcm = {10, 11, 12};
+  const std::size_t events = layout_of(MessageKind::events).fixed;
+  check_counting(encode(Events{1, 0, {event}}), events + 3 * 8 + 4 * 4, 12);
 
   Wrench wrench;
   wrench.value = {1, 2, 3};
@@ -197,7 +206,7 @@ TEST_CASE("every message type keeps its fingerprint, and no two have the same") 
   // structs: types with equal fields would be taken for each other.
   const std::map<MessageKind, std::uint64_t> fingerprints = {
       {MessageKind::hello, 0x20313de645c23940},
-      {MessageKind::spawn, 0x17cd49aacb6c1ced},
+      {MessageKind::spawn, 0xddc3e17b7fbbb877},
       {MessageKind::despawn, 0xfb089a43568ef3a7},
       {MessageKind::push, 0x3791bf690e5cf173},
       {MessageKind::clear_wrenches, 0xfa90d20358a4f3a7},
@@ -207,7 +216,7 @@ TEST_CASE("every message type keeps its fingerprint, and no two have the same") 
       {MessageKind::receipts, 0x1943e67d07f8584b},
       {MessageKind::status, 0x1e7d0bb5e2b5318c},
       {MessageKind::states, 0x6ed0b3155eee5823},
-      {MessageKind::events, 0x30b8c3795332ceda}};
+      {MessageKind::events, 0xe470df3044ac103c}};
   Samples samples(4);
   std::map<std::uint64_t, MessageKind> seen;
   for (const MessageKind kind : kAllKinds) {

@@ -116,7 +116,7 @@ class Samples {
     return text;
   }
   Shape shape() {
-    Shape s{one_of(ShapeKind::half_space), {}};
+    Shape s{one_of(ShapeKind::compound), {}};
     for (double& p : s.parameters) p = number();
     return s;
   }
@@ -128,6 +128,9 @@ class Samples {
     s.mass_kg = number();
     s.density_kgpm3 = number();
     s.inertia_kgm2 = vector();
+    s.inertia_products_kgm2 = vector();
+    s.sets_centre_of_mass = coin();
+    s.p_BoBcm = vector();
     s.material = {number(), number()};
     s.p_WBo = vector();
     s.q_WB = rotation();
@@ -164,6 +167,7 @@ class Samples {
     e.body_kind = one_of(BodyKind::dynamic);
     e.shape = shape();
     e.mass_kg = number();
+    e.p_BoBcm = vector();
     e.name = name();
     return e;
   }

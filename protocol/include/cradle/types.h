@@ -7,8 +7,10 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace cradle {
 
@@ -42,7 +44,50 @@ enum class BodyKind : std::int32_t {
 };
 
 /// 64 bits wide, so that a Shape has no padding and its bytes can be hashed.
-enum class ShapeKind : std::int64_t { none = 0, sphere = 1, box = 2, half_space = 3 };
+enum class ShapeKind : std::int64_t {
+  none = 0,
+  sphere = 1,
+  box = 2,
+  half_space = 3,
+  capsule = 4,
+  cylinder = 5,
+  cone = 6,
+  ellipsoid = 7,
+  hull = 8,       ///< convex, of points; like the next two: geometry that the world holds by number
+  mesh = 9,       ///< a surface of triangles
+  compound = 10,  ///< posed shapes, each with its density
+};
+
+/// The word for it in scenes and at the command line; "unknown" for other numbers.
+constexpr std::string_view word_of(ShapeKind kind) {
+  constexpr std::array<std::string_view, 11> kNames = {
+      "none", "sphere",    "box",  "half_space", "capsule", "cylinder",
+      "cone", "ellipsoid", "hull", "mesh",       "compound"};
+  const auto index = static_cast<std::uint64_t>(kind);
+  return index < kNames.size() ? kNames[index] : "unknown";
+}
+
+/// How many sizes (m, each above zero) a shape of this kind has; they are its first parameters.
+constexpr std::size_t size_count(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::sphere:
+      return 1;
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      return 2;
+    case ShapeKind::box:
+    case ShapeKind::ellipsoid:
+      return 3;
+    default:
+      return 0;
+  }
+}
+
+/// True if a shape's only parameter is the number of a geometry that its world holds, from 1 on.
+constexpr bool is_stored(ShapeKind kind) {
+  return kind >= ShapeKind::hull && kind <= ShapeKind::compound;
+}
 
 /// Geometry in the body frame, immutable.
 struct Shape {
@@ -56,8 +101,29 @@ struct Shape {
   }
   /// Solid where z_B <= 0. Only for bodies that are not dynamic.
   static Shape half_space() { return {ShapeKind::half_space, {}}; }
+  /// All within the radius of the segment from -half_length_m to half_length_m on z_B.
+  static Shape capsule(double radius_m, double half_length_m) {
+    return {ShapeKind::capsule, {radius_m, half_length_m}};
+  }
+  /// Around z_B, from -half_length_m to half_length_m.
+  static Shape cylinder(double radius_m, double half_length_m) {
+    return {ShapeKind::cylinder, {radius_m, half_length_m}};
+  }
+  /// Its base, of that radius, at z_B = -half_length_m, its tip at half_length_m: Bcm is not Bo.
+  static Shape cone(double radius_m, double half_length_m) {
+    return {ShapeKind::cone, {radius_m, half_length_m}};
+  }
+  static Shape ellipsoid(const Vec3& semi_axes_m) {
+    return {ShapeKind::ellipsoid, {semi_axes_m.x, semi_axes_m.y, semi_axes_m.z}};
+  }
+  /// A hull, mesh or compound of the world's scene, by the number that events show.
+  static Shape stored(ShapeKind kind, std::int64_t number) {
+    return {kind, {static_cast<double>(number)}};
+  }
 
   double radius_m() const { return parameters[0]; }
+  double half_length_m() const { return parameters[1]; }
+  /// Of an ellipsoid the semi-axes.
   Vec3 half_extents_m() const { return {parameters[0], parameters[1], parameters[2]}; }
   friend bool operator==(const Shape&, const Shape&) = default;
 };
@@ -73,8 +139,14 @@ struct BodySpec {
   BodyKind kind = BodyKind::dynamic;
   Shape shape;
   double mass_kg = 0;           ///< kg; 0: from the density
-  double density_kgpm3 = 1000;  ///< kg/m^3, used if mass_kg is 0
-  Vec3 inertia_kgm2;  ///< principal moments about Bcm along the axes of B; 0: from the shape
+  double density_kgpm3 = 1000;  ///< kg/m^3, used if mass_kg is 0; a compound's parts have their own
+  /// J_xx, J_yy, J_zz of the inertia tensor about Bcm along the axes of B; 0: from the shape, and
+  /// scaled with the mass.
+  Vec3 inertia_kgm2;
+  /// Its elements J_xy, J_xz, J_yz (J_xy is minus the integral of x y dm); only with inertia_kgm2.
+  Vec3 inertia_products_kgm2;
+  bool sets_centre_of_mass = false;  ///< else Bcm is that of the shape
+  Vec3 p_BoBcm;                      ///< m, in B; the moments about Bcm stay what they are
   Material material;
   Vec3 p_WBo;  ///< m
   Quat q_WB;

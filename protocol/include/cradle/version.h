@@ -6,6 +6,6 @@
 namespace cradle {
 
 /// Two programs talk only if theirs are equal; raised whenever a message type changes.
-inline constexpr int kProtocolVersion = 1;
+inline constexpr int kProtocolVersion = 2;
 
 }  // namespace cradle

@@ -63,6 +63,7 @@ struct Event {
   BodyKind body_kind = BodyKind::dynamic;
   Shape shape;
   double mass_kg = 0;  ///< 0: does not yield
+  Vec3 p_BoBcm;        ///< m, in B: where v_WBcm is measured
   std::string name;
   friend bool operator==(const Event&, const Event&) = default;
 };

@@ -1,0 +1,89 @@
+/// Geometry that does not fit a Shape: convex hulls, triangle meshes, compounds. Immutable once
+/// made, shared by all bodies that name it, and held by the world under a number.
+///
+/// Lengths in m, in the frame B of the body that has the geometry. Made by the functions below,
+/// which tell in words what is wrong: the reason goes on after "it" or "the points".
+#pragma once
+
+#include <cradle/types.h>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "server/collision/geometry.h"
+
+namespace cradle {
+
+/// Corners of a triangle, counter-clockwise as seen from outside: indices of vertices.
+using Triangle = std::array<std::int32_t, 3>;
+
+/// The solid within a closed surface, or for bodies that do not yield also an open surface.
+struct TriangleMesh {
+  std::vector<Vector> vertices;  ///< each place once
+  std::vector<Triangle> triangles;
+  bool is_closed = false;
+};
+
+/// A convex polyhedron. Faces are convex polygons; none is coplanar with its neighbour.
+struct ConvexHull {
+  std::vector<Vector> vertices;     ///< all are corners, in the order they were given in
+  std::vector<std::int32_t> loops;  ///< corners of face after face, counter-clockwise
+  std::vector<std::int32_t> first = {
+      0};  ///< face f has the corners loops[first[f] .. first[f + 1]-1]
+
+  std::size_t face_count() const { return first.size() - 1; }
+  std::span<const std::int32_t> face(std::size_t f) const {
+    const auto begin = static_cast<std::size_t>(first[f]);
+    return std::span(loops).subspan(begin, static_cast<std::size_t>(first[f + 1]) - begin);
+  }
+};
+
+struct StoredGeometry;
+using GeometryPointer = std::shared_ptr<const StoredGeometry>;
+
+/// One shape of a compound. Where parts overlap, their masses add up.
+struct CompoundPart {
+  Shape shape;               ///< of a hull or mesh only the kind counts
+  GeometryPointer geometry;  ///< a hull or mesh; else null
+  Vector p_BoPo = Vector::Zero();
+  Rotation q_BP = Rotation::Identity();
+  double density_kgpm3 = 1000;  ///< above 0
+};
+
+struct Compound {
+  std::vector<CompoundPart> parts;
+};
+
+struct StoredGeometry {
+  std::variant<ConvexHull, TriangleMesh, Compound> value;
+  ShapeKind kind() const;
+};
+
+/// A geometry, or why there is none.
+struct MadeGeometry {
+  GeometryPointer geometry;  ///< null if refused
+  std::string fault;
+};
+
+/// The convex hull. Refuses fewer than four points, points that are (nearly) in one plane, not
+/// finite or beyond the limits.
+MadeGeometry make_hull(std::span<const Vector> points);
+
+/// Vertices at the same place become one; those that no triangle has are left out. Refuses what is
+/// no surface of a solid: triangles that disagree about which side is outside, an edge of three
+/// triangles, a closed surface that is inside out as a whole or in a part, or encloses nothing. An
+/// open surface is taken, with is_closed false.
+MadeGeometry make_mesh(std::span<const Vector> vertices, std::span<const Triangle> triangles);
+
+/// Refuses no parts, too many, parts that are no solid, compounds of compounds and densities that
+/// are not above 0. Sizes and poses of the parts must have been validated.
+MadeGeometry make_compound(std::vector<CompoundPart> parts);
+
+/// Why a mesh is open: which edge has a triangle on one side only. Empty if it is closed.
+std::string open_edge(const TriangleMesh& mesh);
+
+}  // namespace cradle

@@ -1,0 +1,54 @@
+/// What the shape keys of a scene's [[body]] mean, those of its [[body.part]] included.
+#pragma once
+
+#include <cradle/result.h>
+#include <cradle/types.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/dynamics/mass_distribution.h"
+#include "server/toml_reader.h"
+
+namespace cradle {
+
+/// The rest of the sentence "key: ..." for a value that is refused.
+std::string reason(Result result);
+
+/// Refuses the key unless the result is ok.
+void require(const TomlTable& table, std::string_view key, Result result);
+
+/// `orientation_wxyz` or `rotation_rad`, at most one of them; leaves `q` alone where both are
+/// absent.
+void read_orientation(const TomlTable& table, Quat& q);
+
+/// Reads shapes, and collects the geometry that does not fit one. For one scene.
+class ShapeReader {
+ public:
+  /// `scene` is the path that files in it are relative to.
+  explicit ShapeReader(const std::string& scene);
+
+  /// Reads all shape keys of a body into `spec.shape`, and judges them; its kind must be known.
+  void read(const TomlTable& table, BodySpec& spec);
+
+  /// What a stored shape has at density 1; null for others.
+  const MassDistribution* mass_of(const Shape& shape) const;
+
+  /// Those of the bodies: number k is the one at k - 1.
+  std::vector<GeometryPointer> take_geometries() { return std::move(geometries_); }
+
+ private:
+  Shape read_simple(const TomlTable& table, ShapeKind kind) const;
+  GeometryPointer read_surface(const TomlTable& table, ShapeKind kind);
+  GeometryPointer read_file(const TomlTable& table, ShapeKind kind, const std::string& file);
+  GeometryPointer read_compound(const TomlTable& table, const std::vector<TomlTable>& parts);
+  CompoundPart read_part(const TomlTable& table);
+
+  std::string scene_;
+  std::map<std::pair<ShapeKind, std::string>, GeometryPointer> files_;  ///< read already
+  std::vector<GeometryPointer> geometries_;
+  std::vector<MassDistribution> masses_;
+};
+
+}  // namespace cradle

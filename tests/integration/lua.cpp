@@ -174,7 +174,7 @@ TEST_CASE("a Lua program sends a command again, unchanged, until its last word h
     CHECK(heard.command.header.client == server.heard.at(1).command.header.client);
     CHECK(heard.command.header.epoch == HardOfHearing::kEpoch);
   }
-  CHECK(std::get<Hello>(server.heard.at(1).command.body) == Hello{1, "hello.lua"});
+  CHECK(std::get<Hello>(server.heard.at(1).command.body) == Hello{2, "hello.lua"});
   const auto& push = std::get<Push>(server.heard.at(3).command.body);
   CHECK(push.wrenches.at(0).body == BodyId{HardOfHearing::kBody});  // 2^53 - 2, as a double
   CHECK(push.wrenches.at(0).value == Vec3{7, 0, 0});

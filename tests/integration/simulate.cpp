@@ -242,7 +242,7 @@ TEST_CASE("the flag --help lists every exit code and the flag --version the prot
       CHECK_THAT(finished.output, Catch::Matchers::Contains(code));
     }
   }
-  CHECK(run({"cradled", "--version"}).output == "cradled 0.1.0, protocol 1\n");
+  CHECK(run({"cradled", "--version"}).output == "cradled 0.1.0, protocol 2\n");
 }
 
 TEST_CASE("the flag --print-limits prints every limit of limits.h") {

@@ -224,8 +224,7 @@ void Daemon::tell(Event&& event) {
   if (event.kind == EventKind::spawned && !can_collide(shape) &&
       not_colliding_told_.insert(shape).second) {
     not_colliding_log_.write(
-        now_us(),
-        {{"shape", word_of(shape)}, {"body", event.body.value}, {"name", event.name}});
+        now_us(), {{"shape", word_of(shape)}, {"body", event.body.value}, {"name", event.name}});
   }
   events_.push_back(std::move(event));
 }

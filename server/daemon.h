@@ -145,7 +145,8 @@ class Daemon {
   LogPlace full_log_{log_places_, LogLevel::warn, "client turned away: the world is full"};
   LogPlace left_out_log_{log_places_, LogLevel::warn,
                          "wrenches of the scene left out: their bodies cannot take them"};
-  LogPlace not_colliding_log_{log_places_, LogLevel::warn, "bodies of this shape do not collide yet"};
+  LogPlace not_colliding_log_{log_places_, LogLevel::warn,
+                              "bodies of this shape do not collide yet"};
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
   LogPlace rival_log_{log_places_, LogLevel::error,
                       "heartbeats of another daemon of this world, or of a recording"};

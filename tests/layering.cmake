@@ -31,7 +31,7 @@ check(server/dynamics/* "${pure}|${vocabulary}|server/(collision|dynamics)/.*|Ei
 check(server/world/* "${pure}|${vocabulary}|protocol/(command|validate)\\.h|xxhash\\.h|\
 server/(collision|dynamics|world)/.*|Eigen/.*")
 check(server/* "${any_standard}|${vocabulary}|protocol/.*|server/.*|\
-Eigen/.*|fcl/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
+Eigen/.*|fcl/.*|libqhull_r/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
 check(client/include/* "${pure}|chrono|${vocabulary}|cradle/client[a-z_]*\\.h")
 check(client/src/* "${pure}|unordered_map|chrono|random|poll\\.h|system_error|thread|cradle/.*|client/src/.*|protocol/.*")
 check(client/examples/* "${any_standard}|cradle/.*")

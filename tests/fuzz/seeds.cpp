@@ -145,6 +145,12 @@ void write_commands(const Seeds& seeds) {
   BodySpec box = ball;
   box.shape = Shape::box({1, 1, 1});
   box.name = "box";
+  BodySpec cone;  // its centre of mass is not its origin, its principal axes are not its own
+  cone.shape = Shape::cone(0.5, 1);
+  cone.inertia_kgm2 = {2, 2, 1};
+  cone.inertia_products_kgm2 = {0, 0, 0.25};
+  cone.sets_centre_of_mass = true;
+  cone.p_BoBcm = {0.25, 0, -1};
   BodySpec ground;
   ground.kind = BodyKind::fixed;
   ground.shape = Shape::half_space();
@@ -154,6 +160,7 @@ void write_commands(const Seeds& seeds) {
   const Motion motion{{3}, true, true, {0, 0, 2}, {}, {1, 0, 0}, {0, 0, 1}};
   const std::vector<CommandBody> bodies = {Hello{kProtocolVersion, "seed"},
                                            Spawn{{ground, ball, box}},
+                                           Spawn{{cone}},
                                            Push{{push}},
                                            ClearWrenches{{{2}}},
                                            SetMotion{{motion}},

@@ -58,7 +58,9 @@ class Qhull {
     qh_zero(&qhull_, errors_);
   }
   ~Qhull() {
-    qh_freeqhull(&qhull_, qh_ALL);
+    int blocks = 0, bytes = 0;
+    qh_freeqhull(&qhull_, !qh_ALL);
+    qh_memfreeshort(&qhull_, &blocks, &bytes);
     std::fclose(errors_);
     std::free(text_);
   }

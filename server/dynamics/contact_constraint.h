@@ -24,6 +24,7 @@ struct BodyArrays {
   std::span<const Vector> inverse_inertia;  ///< of J; 0: does not turn
   std::span<const Vector> acceleration;     ///< m/s^2, in W: gravity and forces of this tick
   std::span<const Vector> torque;           ///< N m, in W, of this tick
+                                            ///< both of bodies in contact only
 };
 
 struct ConstraintPoint {

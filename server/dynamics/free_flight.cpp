@@ -1,124 +1,203 @@
-// Free flight, "T8M6".
-//
-// Translation: x += dt v + dt^2/2 a, v += dt a: exact for constant a.
-//
-// Rotation: Euler's equations J w' + w x J w = tau in B by their Taylor series to order 8, and the
-// attitude q' = q w / 2 by the sixth-order Magnus step on that series.
-//   W_k = h^(k+1) w^(k)(0) / k!, so that h w(s h) = sum W_k s^k for s in [0, 1]; W_0 = h w.
-//   J W_(k+1) = ( sum_j (J W_j) x W_(k-j) + T_k ) / (k+1)            (Euler's equations)
-//   T_k: the same series of h^2 tau seen from the turning body, T_(k+1) = sum_j T_j x W_(k-j) /
-//   (k+1) a1, a2, a3: moments of the series about the middle of the step; then Omega as in Blanes,
-//   Casas, Ros (2000), "Improved high order integrators based on the Magnus expansion", BIT 40,
-//   eq. 3.11, with the bracket [a, b] = -a x b of right multiplication. q+ = q exp(Omega)
-// As many steps a tick as h |w| <= kStepAngle_rad asks, each body by itself.
-// Order 6. Energy and angular momentum hold to 1e-13 over a minute of tumbling at h |w| = 0.08, and
-// to 1e-8 up to h |w| = 2. No projection: it would hide the error in the attitude.
-// Cost: about 200 ns a body and step, scalar.
+// Sorts bodies by what their flight needs, and hands lists of equals to the wide kernels.
 #include "server/dynamics/free_flight.h"
 
+#include <cradle/limits.h>
+
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
-#include "server/dynamics/rotation.h"
+#include "server/dynamics/flight_kernel.h"
 
 namespace cradle {
 namespace {
 
-constexpr int kOrder = 8;
-constexpr double kStepAngle_rad = 0.16;  // beyond it the series' error grows faster than steps cost
-// 4 ms a body. At the fastest spin allowed, reached only at rates below 31 Hz.
-constexpr double kStepsMax = 20'000;
+// At 0.16 energy drifts by 1.5e-8 in a minute ("240 random bodies"); T4 asks for 0.09 at most.
+constexpr double kStepAngle_rad = 0.14;
+// About 1.5 ms a body. At the fastest spin allowed, reached only at rates below 50 Hz.
+constexpr double kStepsMax = 25'000;
 
-using Series = std::array<Vector, kOrder + 1>;
-
-/// Moments of s^k about the middle of the step, A_m = integral of (s - 1/2)^m s^k, m = 0, 1, 2.
-struct MagnusWeights {
-  std::array<double, kOrder + 1> a1{}, a2{}, a3{};
-};
-constexpr MagnusWeights magnus_weights() {
-  MagnusWeights weights;
-  for (int k = 0; k <= kOrder; ++k) {
-    const double A0 = 1.0 / (k + 1);
-    const double A1 = 1.0 / (k + 2) - 1.0 / (2 * (k + 1));
-    const double A2 = 1.0 / (k + 3) - 1.0 / (k + 2) + 1.0 / (4 * (k + 1));
-    const auto i = static_cast<std::size_t>(k);
-    weights.a1[i] = 9.0 / 4 * A0 - 15 * A2;
-    weights.a2[i] = 12 * A1;
-    weights.a3[i] = 180 * A2 - 15 * A0;
+std::vector<const FlightKernels*> usable_kernels() {
+  std::vector<const FlightKernels*> all{&kFlightKernels1, &kFlightKernels2};
+#ifdef CRADLE_WIDE_X86
+  if (__builtin_cpu_supports("avx2")) all.push_back(&kFlightKernels4);
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq")) {
+    all.push_back(&kFlightKernels8);
   }
-  return weights;
+#endif
+  return all;
 }
-constexpr MagnusWeights kMagnus = magnus_weights();
 
-/// W_0 .. W_8 from W_0, and the torque's T_0 (both scaled by the step).
-Series euler_series(const Vector& W0, const Vector& T0, const Vector& J, const Vector& inverse_J) {
-  Series W;
-  Series JW;
-  Series T;
-  W[0] = W0;
-  JW[0] = J.cwiseProduct(W0);
-  T[0] = T0;
-  for (std::size_t k = 0; k < kOrder; ++k) {
-    Vector moment = T[k];
-    Vector turned = Vector::Zero();
-    for (std::size_t j = 0; j <= k; ++j) {
-      moment += JW[j].cross(W[k - j]);
-      turned += T[j].cross(W[k - j]);
+const FlightKernels& kernels_of(int lanes) {
+  static const std::vector<const FlightKernels*> usable = usable_kernels();
+  if (lanes == 0) return *usable.back();
+  for (const FlightKernels* kernels : usable) {
+    if (kernels->lanes == lanes) return *kernels;
+  }
+  assert(false && "lanes are one of flight_lanes()");
+  return *usable.front();
+}
+
+/// Bodies that need the same kernel; flown when there are enough, and at the end.
+class Batch {
+ public:
+  Batch(FlightKernels::Kernel kernel, int lanes, bool falls)
+      : kernel_(kernel), lanes_(static_cast<std::size_t>(lanes)), falls_(falls) {}
+
+  void add(const FlightPointers& bodies, int slot) {
+    slots_[count_] = slot;
+    if (++count_ == kSize) fly(bodies);
+  }
+  void add(const FlightPointers& bodies, int slot, double steps) {
+    steps_[count_] = steps;
+    add(bodies, slot);
+  }
+
+  void fly(const FlightPointers& bodies) {
+    while (count_ % lanes_ != 0) {
+      slots_[count_] = slots_[count_ - 1];
+      steps_[count_] = steps_[count_ - 1];
+      ++count_;
     }
-    const double scale = 1.0 / static_cast<double>(k + 1);
-    JW[k + 1] = moment * scale;
-    W[k + 1] = inverse_J.cwiseProduct(JW[k + 1]);
-    T[k + 1] = turned * scale;
+    kernel_(bodies, {slots_.data(), steps_.data(), static_cast<int>(count_), falls_});
+    count_ = 0;
   }
-  return W;
+
+ private:
+  static constexpr std::size_t kSize = 32;  // bodies, which are still in the cache
+  static_assert(kSize % kFlightLanesMax == 0);
+
+  FlightKernels::Kernel kernel_;
+  std::size_t lanes_;
+  bool falls_;
+  std::size_t count_ = 0;
+  std::array<std::int32_t, kSize> slots_;
+  std::array<double, kSize> steps_{};  // of bodies whose kernel asks for it
+};
+
+/// One batch a need, for bodies under gravity alone and for others.
+struct Batches {
+  Batches(const FlightKernels& k, bool falls)
+      : straight(k.straight, k.lanes, falls),
+        steady(k.steady, k.lanes, falls),
+        tumbling(k.tumbling, k.lanes, falls),
+        tumbling_fast(k.tumbling_fast, k.lanes, falls),
+        twisted(k.twisted, k.lanes, falls) {}
+
+  Batch straight, steady, tumbling, tumbling_fast, twisted;
+};
+
+double steps_for(double angle_rad) {
+  return std::fmin(std::fmax(1.0, std::ceil(angle_rad / kStepAngle_rad)), kStepsMax);
 }
 
-/// The rotation vector of the whole step, in B at its start.
-Vector magnus_step(const Series& W) {
-  Vector a1 = Vector::Zero();
-  Vector a2 = Vector::Zero();
-  Vector a3 = Vector::Zero();
-  for (std::size_t k = 0; k <= kOrder; ++k) {
-    a1 += kMagnus.a1[k] * W[k];
-    a2 += kMagnus.a2[k] * W[k];
-    a3 += kMagnus.a3[k] * W[k];
+class Sorter {
+ public:
+  Sorter(const FlightTick& tick, const FlightArrays& bodies, const FlightPointers& pointers,
+         const FlightKernels& kernels)
+      : bodies_(bodies),
+        pointers_(pointers),
+        dt_(tick.dt),
+        falling_(kernels, true),
+        others_(kernels, false) {}
+
+  void add(int slot) {
+    const auto i = static_cast<std::size_t>(slot);
+    const Course course = bodies_.course[i];
+    if (course == Course::still || course == Course::touches) return;
+    Batches& batches = course == Course::falls ? falling_ : others_;
+    const Vector& J = bodies_.inertia[i];
+    const Vector& w = bodies_.w[i];
+    const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
+    if (course == Course::pushed && !J.isZero(0)) {
+      const double torque = bodies_.torque_W[i].norm() + bodies_.torque_P[i].norm();
+      if (torque > 0) {
+        // No more than the torque can do in the tick, whatever the attitude.
+        const double speed =
+            std::sqrt(speed2) + dt_ * torque * bodies_.inverse_inertia[i].maxCoeff();
+        return batches.twisted.add(pointers_, slot, steps_for(dt_ * speed));
+      }
+    }
+    if (speed2 == 0) return batches.straight.add(pointers_, slot);
+    const bool is_round = J.x() == J.y() && J.y() == J.z();
+    if (course == Course::driven || is_round) return batches.steady.add(pointers_, slot);
+    if (speed2 * (dt_ * dt_) <= kStepAngle_rad * kStepAngle_rad) {
+      return batches.tumbling.add(pointers_, slot);
+    }
+    batches.tumbling_fast.add(pointers_, slot, steps_for(dt_ * std::sqrt(speed2)));
   }
-  const Vector C1 = a2.cross(a1);
-  const Vector C2 = a1.cross(2 * a3 + C1) / 60;
-  return a1 + a3 / 12 + (a2 + C2).cross(C1 - 20 * a1 - a3) / 240;
+
+  void finish() {
+    for (Batches* batches : {&falling_, &others_}) {
+      for (Batch* batch : {&batches->straight, &batches->steady, &batches->tumbling,
+                           &batches->tumbling_fast, &batches->twisted}) {
+        batch->fly(pointers_);
+      }
+    }
+  }
+
+ private:
+  const FlightArrays& bodies_;
+  const FlightPointers& pointers_;
+  double dt_;
+  Batches falling_, others_;
+};
+
+/// Vectors as their doubles.
+template <class T>
+auto* doubles(std::span<T> values) {
+  using Doubles = std::conditional_t<std::is_const_v<T>, const double, double>;
+  return reinterpret_cast<Doubles*>(values.data());
+}
+static_assert(sizeof(Vector) == 3 * sizeof(double) && sizeof(Rotation) == 4 * sizeof(double));
+
+FlightPointers pointers_to(const FlightTick& tick, const FlightArrays& bodies) {
+  return {doubles(bodies.x),
+          doubles(bodies.q),
+          doubles(bodies.v),
+          doubles(bodies.w),
+          doubles(bodies.inertia),
+          doubles(bodies.inverse_inertia),
+          doubles(bodies.acceleration),
+          doubles(bodies.torque_W),
+          doubles(bodies.torque_P),
+          bodies.lost.data(),
+          tick.dt,
+          {tick.gravity_W.x(), tick.gravity_W.y(), tick.gravity_W.z()},
+          limits::kPositionMax_m,
+          limits::kSpeedMax_mps,
+          limits::kAngularSpeedMax_radps};
 }
 
-void turn(Flight& body, double dt, const Vector& tau_W, const Vector& J) {
-  const Vector inverse_J = J.cwiseInverse();
-  Vector w_B = body.q.conjugate() * body.w;
-  const double acceleration = (body.q.conjugate() * tau_W).cwiseProduct(inverse_J).norm();
-  const double angle = dt * (w_B.norm() + dt * acceleration);
-  const double steps = std::fmin(std::fmax(1.0, std::ceil(angle / kStepAngle_rad)), kStepsMax);
-  const double h = dt / steps;
-  for (double step = 0; step < steps; ++step) {
-    const Vector T0 = h * h * (body.q.conjugate() * tau_W);
-    const Series W = euler_series(h * w_B, T0, J, inverse_J);
-    Vector hw = Vector::Zero();
-    for (const Vector& term : W) hw += term;
-    w_B = hw / h;
-    body.q = body.q * rotation_exp(magnus_step(W));
-    // One Newton step for 1 / |q|: q stays within 1e-15 of unit length, without a root.
-    body.q.coeffs() *= 1.5 - 0.5 * body.q.coeffs().squaredNorm();
-  }
-  body.w = body.q * w_B;
+bool all_fall(std::span<const Course> course, int begin, int end) {
+  bool all = true;
+  for (int i = begin; i < end; ++i) all &= course[static_cast<std::size_t>(i)] == Course::falls;
+  return all;
 }
 
 }  // namespace
 
-void fly(Flight& body, double dt, const Vector& a_W, const Vector& tau_W, const Vector& inertia) {
-  body.x += dt * body.v + (0.5 * dt * dt) * a_W;
-  body.v += dt * a_W;
-  if (inertia.isZero(0)) {
-    if (!body.w.isZero(0)) body.q = normalised(rotation_exp(dt * body.w) * body.q);
-    return;
+void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int end) {
+  const FlightPointers pointers = pointers_to(tick, bodies);
+  const FlightKernels& kernels = kernels_of(tick.lanes);
+  Sorter sorter(tick, bodies, pointers, kernels);
+  for (int slot = begin; slot < end;) {
+    const int next = std::min(slot + kernels.lanes, end);
+    if (next - slot < kernels.lanes || !all_fall(bodies.course, slot, next) ||
+        !kernels.tumble_row(pointers, slot, kStepAngle_rad)) {
+      for (int i = slot; i < next; ++i) sorter.add(i);
+    }
+    slot = next;
   }
-  if (body.w.isZero(0) && tau_W.isZero(0)) return;
-  turn(body, dt, tau_W, inertia);
+  sorter.finish();
+}
+
+std::vector<int> flight_lanes() {
+  std::vector<int> lanes;
+  for (const FlightKernels* kernels : usable_kernels()) lanes.push_back(kernels->lanes);
+  return lanes;
 }
 
 }  // namespace cradle

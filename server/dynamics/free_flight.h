@@ -1,21 +1,58 @@
 /// Motion without contact: exact where it can be, and far below the wire's precision elsewhere.
+/// The method is described in flight_method.h.
 #pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "server/collision/geometry.h"
 
 namespace cradle {
 
-/// A body in flight: frame W, about Bcm, except the moments, which are along the axes of B.
-struct Flight {
-  Vector x = Vector::Zero();          ///< m
-  Rotation q = Rotation::Identity();  ///< q_WB
-  Vector v = Vector::Zero();          ///< m/s
-  Vector w = Vector::Zero();          ///< rad/s, in W
+/// What moves a body in a tick.
+enum class Course : std::uint8_t {
+  still,   ///< nothing: static, or quarantined
+  driven,  ///< its own constant velocities: kinematic
+  falls,   ///< gravity alone
+  pushed,  ///< gravity, and forces or torques of its own
+  touches  ///< contacts: it does not fly
 };
 
-/// Moves a body through `dt` (s) with constant acceleration `a_W` (m/s^2) and constant torque
-/// `tau_W` (N m). `inertia` holds the principal moments J (kg m^2); zero moments: it turns with
-/// constant velocity.
-void fly(Flight& body, double dt, const Vector& a_W, const Vector& tau_W, const Vector& inertia);
+/// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.
+struct FlightArrays {
+  std::span<const Course> course;
+  std::span<Vector> x;                      ///< m, in W, of Bcm
+  std::span<Rotation> q;                    ///< q_WP, P the principal axes
+  std::span<Vector> v;                      ///< m/s, in W
+  std::span<Vector> w;                      ///< rad/s, in W
+  std::span<const Vector> inertia;          ///< principal moments J in P, kg m^2; zero: no torque
+                                            ///< turns it, and it turns at constant velocity
+  std::span<const Vector> inverse_inertia;  ///< of J
+  std::span<const Vector> acceleration;     ///< m/s^2, in W; read where Course::pushed, as are
+  std::span<const Vector> torque_W;         ///< N m, in W, constant there
+  std::span<const Vector> torque_P;         ///< N m, in P, constant there
+  std::span<std::uint8_t> lost;             ///< set to 1, see fly_all
+};
+
+struct FlightTick {
+  double dt = 0;  ///< s
+  Vector gravity_W = Vector::Zero();
+  int lanes = 0;  ///< bodies side by side: one of flight_lanes(), or 0 for the most
+};
+
+/// Moves the bodies [begin, end) that fly through a tick with constant acceleration and torque.
+/// Each gets what its own state asks for: a body without angular velocity no rotation, one with
+/// equal moments no gyroscopic term, one without torque no series of it, a fast one more steps.
+/// Results do not depend on lanes, on range or on other bodies.
+///
+/// A body that would leave the limits of limits.h, or whose numbers are no longer finite, stays
+/// where it was, its velocities show what went wrong, and it is marked in `lost`.
+///
+/// Ranges may be flown side by side by several threads.
+void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int end);
+
+/// The widths that this machine has, ascending; the first is 1.
+std::vector<int> flight_lanes();
 
 }  // namespace cradle

@@ -66,10 +66,7 @@ class SoftStep final : public ContactSolver {
     bodies_ = bodies;
     h_ = tick.dt / tick.sub_steps;
     softness_ = softness(h_);
-    dp_.assign(bodies.x.size(), Vector::Zero());
-    theta_.assign(bodies.x.size(), Vector::Zero());
-    v_begin_.resize(bodies.x.size());
-    inverse_inertia_.assign(inverse_inertia_W.begin(), inverse_inertia_W.end());
+    begin(inverse_inertia_W, constraints);
 
     for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
       integrate_velocities(tick.moving);
@@ -84,6 +81,23 @@ class SoftStep final : public ContactSolver {
 
  private:
   static std::size_t slot(std::int32_t body) { return static_cast<std::size_t>(body); }
+
+  /// The state of the bodies in contact at the tick's start; others cost nothing.
+  void begin(std::span<const Matrix> inverse_inertia_W,
+             std::span<const ContactConstraint> constraints) {
+    if (constraints.empty()) return;
+    const std::size_t slots = bodies_.x.size();
+    dp_.resize(slots);
+    theta_.resize(slots);
+    v_begin_.resize(slots);
+    inverse_inertia_.resize(slots);
+    for (const ContactConstraint& c : constraints) {
+      for (const std::int32_t body : {c.a, c.b}) {
+        dp_[slot(body)] = theta_[slot(body)] = Vector::Zero();
+        inverse_inertia_[slot(body)] = inverse_inertia_W[slot(body)];
+      }
+    }
+  }
 
   void integrate_velocities(std::span<const std::int32_t> moving) {
     for (const std::int32_t body : moving) {

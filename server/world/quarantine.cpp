@@ -2,6 +2,8 @@
 
 #include <cradle/limits.h>
 
+#include <algorithm>
+
 #include "server/world/edit.h"
 
 namespace cradle {
@@ -22,6 +24,7 @@ void quarantine(World::State& s, std::size_t i, Result reason) {
   bodies.v[i] = bodies.w[i] = Vector::Zero();
   bodies.quarantined[i] = 1;
   bodies.in_contact[i] = 0;
+  s.loads.course[i] = Course::still;
   std::erase_if(s.wrenches, [id = bodies.id[i]](const ActiveWrench& active) {
     return active.wrench.body.value == id;
   });
@@ -34,24 +37,37 @@ void quarantine(World::State& s, std::size_t i, Result reason) {
 }  // namespace
 
 void quarantine_runaways(World::State& s) {
-  for (std::size_t i = 0; i < s.bodies.size(); ++i) {
-    if (!s.bodies.is_moving(i)) continue;
+  for (const std::int32_t slot : s.loads.pushed) {
+    const auto i = static_cast<std::size_t>(slot);
     const Vector v = s.bodies.v[i] + s.dt * s.loads.acceleration[i];
-    const Vector turn = s.dt * (s.bodies.q[i].conjugate() * s.loads.torque[i]);
+    const Vector turn =
+        s.dt * (s.bodies.q[i].conjugate() * s.loads.torque_W[i] + s.loads.torque_P[i]);
     const Vector w = s.bodies.w[i] + s.bodies.q[i] * turn.cwiseProduct(s.bodies.inverse_inertia[i]);
     const Result result = check(s.bodies.x[i], s.bodies.q[i], v, w);
     if (result != Result::ok) quarantine(s, i, result);
   }
 }
 
+void stop_unusable(World::State& s) {
+  BodyTable& bodies = s.bodies;
+  s.lost.assign(bodies.size(), 0);
+  for (std::size_t k = 0; k < s.moving.size(); ++k) {
+    const auto i = static_cast<std::size_t>(s.moving[k]);
+    if (check(bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]) == Result::ok) continue;
+    bodies.x[i] = s.x_start[k];
+    bodies.q[i] = s.q_start[k];
+    s.lost[i] = 1;
+  }
+}
+
 void quarantine_unusable(World::State& s) {
-  for (std::size_t i = 0; i < s.bodies.size(); ++i) {
-    if (s.bodies.kind[i] == BodyKind::fixed || s.bodies.quarantined[i] != 0) continue;
-    const Result result = check(s.bodies.x[i], s.bodies.q[i], s.bodies.v[i], s.bodies.w[i]);
-    if (result == Result::ok) continue;
-    s.bodies.x[i] = s.x_start[i];
-    s.bodies.q[i] = s.q_start[i];
-    quarantine(s, i, result);
+  const auto is_lost = [](std::uint8_t flag) { return flag != 0; };
+  for (auto found = s.lost.begin();; ++found) {
+    found = std::find_if(found, s.lost.end(), is_lost);
+    if (found == s.lost.end()) return;
+    const auto i = static_cast<std::size_t>(found - s.lost.begin());
+    const bool is_finite = s.bodies.v[i].allFinite() && s.bodies.w[i].allFinite();
+    quarantine(s, i, is_finite ? Result::out_of_range : Result::not_finite);
   }
 }
 

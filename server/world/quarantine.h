@@ -10,7 +10,11 @@ namespace cradle {
 /// Before collision: bodies that the loads of this tick would throw beyond the limits.
 void quarantine_runaways(World::State& s);
 
-/// After the step: bodies with a number that is not finite, or beyond the limits.
+/// After the solver: bodies in contact with a number that is not finite, or beyond the limits, go
+/// back to where they were, as those in flight do, and are marked lost; nobody else is.
+void stop_unusable(World::State& s);
+
+/// After the step: bodies that are lost.
 void quarantine_unusable(World::State& s);
 
 }  // namespace cradle

@@ -12,6 +12,7 @@ struct WorldSettings {
   double rate_hz = 60;          ///< ticks a second; dt = 1 / rate
   int sub_steps = 4;            ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
+  int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
   std::string solver = "soft";  ///< a name of solver_names()
   std::int64_t bodies_max = limits::kBodies;
   std::int64_t wrenches_max = limits::kWrenches;

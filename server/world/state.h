@@ -38,19 +38,22 @@ struct World::State {
   std::vector<Event> events;
   std::int64_t quarantined = 0;
   Loads loads;
-  std::vector<Vector> x_start;
-  std::vector<Rotation> q_start;
-  std::vector<Pose> poses;
-  std::vector<Aabb> boxes;
-  std::vector<std::uint8_t> moves;
+  std::vector<std::int32_t> colliders;  ///< slots of bodies that can touch, ascending
+  std::vector<Pose> poses;              ///< by slot, of colliders
+  std::vector<Aabb> boxes;              ///< of colliders, in their order
+  std::vector<std::uint8_t> moves;      ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
   std::vector<Manifold> manifolds;
   std::vector<ContactConstraint> constraints;
-  std::vector<Matrix> inverse_inertia_W;
-  std::vector<std::int32_t> moving, driven;
+  std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
+  std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
+  std::vector<Vector> x_start;               ///< of `moving`, in their order
+  std::vector<Rotation> q_start;
+  std::vector<std::uint8_t> lost;  ///< by slot: the step made no usable numbers
 
   BodyArrays arrays();
+  FlightArrays flight_arrays();
 
   /// Calls `f(name, bytes)` for every part that influences the next tick.
   template <class F>

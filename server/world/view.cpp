@@ -49,7 +49,21 @@ BodyArrays World::State::arrays() {
           bodies.inertia,
           bodies.inverse_inertia,
           loads.acceleration,
-          loads.torque};
+          loads.torque_W};
+}
+
+FlightArrays World::State::flight_arrays() {
+  return {loads.course,
+          bodies.x,
+          bodies.q,
+          bodies.v,
+          bodies.w,
+          bodies.inertia,
+          bodies.inverse_inertia,
+          loads.acceleration,
+          loads.torque_W,
+          loads.torque_P,
+          lost};
 }
 
 World::World(const WorldSettings& settings) : state_(std::make_unique<State>(settings)) {}

@@ -25,10 +25,12 @@ std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 // The step's parts, in the order of the step.
 struct World::Steps {
+  static void list_colliders(State& s);
   static void find_pairs(State& s);
   static void collide(State& s, Executor& executor);
+  static void list_contacts(State& s);
   static void prepare(State& s);
-  static void fly_free(State& s);
+  static void fly_free(State& s, Executor& executor);
   static StepReport report(const State& s);
 };
 
@@ -42,11 +44,13 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   Steps::collide(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
+  Steps::list_contacts(s);
   Steps::prepare(s);
   s.contacts.restore(s.bodies.id, s.constraints);
   s.solver->advance({s.dt, s.settings.sub_steps, s.moving, s.driven}, s.arrays(),
                     s.inverse_inertia_W, s.constraints);
-  Steps::fly_free(s);
+  stop_unusable(s);
+  Steps::fly_free(s, executor);
   s.contacts.store(s.bodies.id, s.constraints);
   quarantine_unusable(s);
   return Steps::report(s);
@@ -57,30 +61,43 @@ StepReport World::step() {
   return step(here);
 }
 
+/// Who can collide, and room for what they need. Others cost nothing from here on.
+void World::Steps::list_colliders(State& s) {
+  s.colliders.clear();
+  for (std::size_t i = 0; i < s.bodies.size(); ++i) {
+    const ShapeKind kind = s.bodies.shape[i].kind;
+    if (kind != ShapeKind::none && can_collide(kind)) {
+      s.colliders.push_back(static_cast<std::int32_t>(i));
+    }
+  }
+  s.boxes.resize(s.colliders.size());
+  s.moves.resize(s.colliders.size());
+  const std::size_t slots = s.colliders.empty() ? 0 : s.bodies.size();
+  s.poses.resize(slots);
+  s.inverse_inertia_W.resize(slots);
+}
+
 /// Boxes that hold each body over the whole tick, and the pairs of them that overlap.
 void World::Steps::find_pairs(State& s) {
-  const std::size_t n = s.bodies.size();
-  s.x_start = s.bodies.x;
-  s.q_start = s.bodies.q;
-  s.poses.resize(n);
-  s.boxes.resize(n);
-  s.moves.resize(n);
+  if (s.renumbered) list_colliders(s);
   s.planes.clear();
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t k = 0; k < s.colliders.size(); ++k) {
+    const std::size_t i = index(s.colliders[k]);
     const BodyFrame B = s.bodies.frame(i);
     s.poses[i] = {B.p_WBo, B.q_WB.toRotationMatrix()};
-    s.moves[i] = s.bodies.is_moving(i) ? 1 : 0;
-    s.boxes[i] = {};
+    s.moves[k] = s.bodies.is_moving(i) ? 1 : 0;
+    s.boxes[k] = {};
     if (s.bodies.quarantined[i] != 0) continue;
     if (s.bodies.shape[i].kind == ShapeKind::half_space) {
       const Vector normal = s.poses[i].R.col(2);
-      s.planes.push_back({static_cast<std::int32_t>(i), normal, normal.dot(s.poses[i].x)});
+      s.planes.push_back({static_cast<std::int32_t>(k), normal, normal.dot(s.poses[i].x)});
       continue;
     }
-    s.boxes[i] =
+    s.boxes[k] =
         swept(bounds(s.bodies.shape[i], s.poses[i]), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
   }
   s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered}, s.pairs);
+  for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
   s.renumbered = false;
 }
 
@@ -99,54 +116,60 @@ void World::Steps::collide(State& s, Executor& executor) {
   });
 }
 
-/// The constraints of this tick, and who takes part in them.
-void World::Steps::prepare(State& s) {
+/// Who is in contact: these bodies are sub-stepped, with all that acts on them known in W.
+void World::Steps::list_contacts(State& s) {
   BodyTable& bodies = s.bodies;
-  s.inverse_inertia_W.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
+  std::fill(bodies.in_contact.begin(), bodies.in_contact.end(), std::uint8_t{0});
+  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
+    if (s.manifolds[k].count == 0) continue;
+    bodies.in_contact[index(s.pairs[k].a)] = bodies.in_contact[index(s.pairs[k].b)] = 1;
+  }
+  s.moving.clear();
+  s.driven.clear();
+  s.x_start.clear();
+  s.q_start.clear();
+  for (const std::int32_t slot : s.colliders) {
+    const std::size_t i = index(slot);
+    if (bodies.in_contact[i] == 0) continue;
     const bool is_offset = bodies.is_offset[i] != 0;  // the shape's frame is not the principal one
     s.inverse_inertia_W[i] =
         rotated_diagonal(is_offset ? Matrix(bodies.q[i].toRotationMatrix()) : s.poses[i].R,
                          bodies.inverse_inertia[i]);
+    if (bodies.kind[i] == BodyKind::kinematic) s.driven.push_back(slot);
+    if (bodies.kind[i] != BodyKind::dynamic) {
+      s.loads.set_to_gravity(i, Vector::Zero());
+      continue;
+    }
+    s.moving.push_back(slot);
+    s.x_start.push_back(bodies.x[i]);
+    s.q_start.push_back(bodies.q[i]);
+    if (s.loads.course[i] == Course::falls) s.loads.set_to_gravity(i, s.gravity_W);
+    s.loads.torque_W[i] += bodies.q[i] * s.loads.torque_P[i];
+    s.loads.course[i] = Course::touches;
   }
-  std::fill(bodies.in_contact.begin(), bodies.in_contact.end(), std::uint8_t{0});
+}
+
+/// The constraints of this tick.
+void World::Steps::prepare(State& s) {
   s.constraints.clear();
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     if (s.manifolds[k].count == 0) continue;
     const auto [a, b] = s.pairs[k];
-    const Material& A = bodies.material[index(a)];
-    const Material& B = bodies.material[index(b)];
+    const Material& A = s.bodies.material[index(a)];
+    const Material& B = s.bodies.material[index(b)];
     ContactConstraint& c = s.constraints.emplace_back(
         make_constraint(s.manifolds[k], a, b, s.arrays(), s.inverse_inertia_W));
     c.friction = std::sqrt(A.friction * B.friction);
     c.restitution = std::max(A.restitution, B.restitution);
-    bodies.in_contact[index(a)] = bodies.in_contact[index(b)] = 1;
-  }
-  s.moving.clear();
-  s.driven.clear();
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies.in_contact[i] == 0) continue;
-    if (bodies.kind[i] == BodyKind::dynamic) s.moving.push_back(static_cast<std::int32_t>(i));
-    if (bodies.kind[i] == BodyKind::kinematic) s.driven.push_back(static_cast<std::int32_t>(i));
   }
 }
 
-/// Dynamic bodies without contact, and kinematic ones: one exact step each.
-void World::Steps::fly_free(State& s) {
-  BodyTable& bodies = s.bodies;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const bool is_driven = bodies.kind[i] == BodyKind::kinematic;
-    const bool is_free = bodies.is_moving(i) && bodies.in_contact[i] == 0;
-    if ((!is_driven && !is_free) || bodies.quarantined[i] != 0) continue;
-    Flight flight{bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]};
-    const Vector none = Vector::Zero();
-    fly(flight, s.dt, is_driven ? none : s.loads.acceleration[i],
-        is_driven ? none : s.loads.torque[i], is_driven ? none : bodies.inertia[i]);
-    bodies.x[i] = flight.x;
-    bodies.q[i] = flight.q;
-    bodies.v[i] = flight.v;
-    bodies.w[i] = flight.w;
-  }
+/// All others that move: one exact step each.
+void World::Steps::fly_free(State& s, Executor& executor) {
+  const FlightTick tick{s.dt, s.gravity_W, s.settings.lanes};
+  const FlightArrays bodies = s.flight_arrays();
+  executor.for_ranges(static_cast<int>(s.bodies.size()),
+                      [&](int begin, int end) { fly_all(tick, bodies, begin, end); });
 }
 
 StepReport World::Steps::report(const State& s) {

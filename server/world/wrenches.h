@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "server/dynamics/free_flight.h"
 #include "server/world/body_table.h"
 
 namespace cradle {
@@ -15,18 +16,30 @@ struct ActiveWrench {
   Tick ticks_left = 1;  ///< kUntilCleared: no end
 };
 
-/// What acts on the bodies in one tick, by slot.
+/// What moves the bodies in one tick, and what acts on them, by slot. The vectors are kept up for
+/// those that are driven, pushed or touch; what merely falls has no entry of its own.
 struct Loads {
-  std::vector<Vector> acceleration;  ///< m/s^2, in W, of Bcm
-  std::vector<Vector> torque;        ///< N m, in W, about Bcm
+  std::vector<Course> course;
+  std::vector<Vector> acceleration;  ///< m/s^2, in W, of Bcm: gravity and forces
+  std::vector<Vector> torque_W;      ///< N m, about Bcm: the part that is constant in W
+  std::vector<Vector> torque_P;      ///< N m, in P: the part that turns with the body
+  std::vector<std::int32_t> pushed;  ///< slots that a wrench acts on, ascending
+
+  /// Gravity and nothing else.
+  void set_to_gravity(std::size_t i, const Vector& gravity_W) {
+    acceleration[i] = gravity_W;
+    torque_W[i] = torque_P[i] = Vector::Zero();
+  }
 };
 
 /// The effect of one wrench on the body in slot `i` now: a force-like one as (force, torque), an
-/// impulse-like one as (impulse, angular impulse), in W about Bcm.
+/// impulse-like one as (impulse, angular impulse), about Bcm. The linear part is in W; the angular
+/// one is, too, unless all of it was given in the body's frame.
 struct Resultant {
   Vector linear = Vector::Zero();
   Vector angular = Vector::Zero();
   bool is_impulse = false;
+  bool turns_with_body = false;  ///< `angular` is in P
 };
 Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i);
 

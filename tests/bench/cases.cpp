@@ -19,6 +19,8 @@ constexpr Case kCases[] = {
      "a wall pyramid of 465 cubes"},
     {"T4", "bench_free.toml", 110.0 / 60, kTenTicks_s, drift_of_rotational_energy,
      "rotational energy, relative", "100 000 free bodies without shapes"},
+    {"T4m", "bench_free_million.toml", 40.0 / 60, kTenTicks_s, drift_of_rotational_energy,
+     "rotational energy, relative", "a million of them"},
     {"A1", "bench_projectile.toml", 10, kTenTicks_s, distance_from_parabola,
      "max distance from the parabola, m", "a projectile"},
     {"A2", "bench_torque_free.toml", 60, kTenTicks_s, drift_of_tumbling,

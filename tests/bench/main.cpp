@@ -4,6 +4,7 @@
 #include <iomanip>
 #include <iostream>
 
+#include "server/dynamics/free_flight.h"
 #include "server/exit_code.h"
 #include "server/thread_pool.h"
 #include "server/trace.h"
@@ -66,6 +67,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, limits::kSubStepsMax));
   app.add_option("--threads", options.threads, "Threads that share the work of a step")
       ->check(CLI::Range(1, ThreadPool::kThreadsMax));
+  app.add_option("--lanes", options.lanes, "Bodies that fly side by side; default: as many as go")
+      ->check(CLI::IsMember(flight_lanes()));
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");
   try {
     app.parse(argc, argv);

@@ -25,9 +25,11 @@ constexpr Column kColumns[] = {{"scene", 5},
                                {"dt_s", 8},
                                {"substeps", 8},
                                {"threads", 7},
+                               {"lanes", 5},
                                {"us_per_tick_median", 18},
                                {"us_per_tick_mean", 16},
                                {"us_per_tick_p99", 15},
+                               {"ns_per_body", 11},
                                {"error", 10},
                                {"error_kind", 40},
                                {"energy_drift", 12},
@@ -75,12 +77,13 @@ std::string header(Format format) {
 
 std::string line(Format format, const Row& row) {
   const auto text = [&](const auto& value) { return text_of(value, format); };
-  return joined({row.scene, row.engine, row.method, text(row.dt_s), std::to_string(row.sub_steps),
-                 std::to_string(row.threads), text(row.us_per_tick.median_us),
-                 text(row.us_per_tick.mean_us), text(row.us_per_tick.p99_us), text(row.error),
-                 row.error_kind, text(row.energy_drift), text(row.momentum_drift),
-                 text(row.penetration_max_m), text(row.penetration_mean_m), row.hash},
-                format);
+  return joined(
+      {row.scene, row.engine, row.method, text(row.dt_s), std::to_string(row.sub_steps),
+       std::to_string(row.threads), std::to_string(row.lanes), text(row.us_per_tick.median_us),
+       text(row.us_per_tick.mean_us), text(row.us_per_tick.p99_us), text(row.ns_per_body),
+       text(row.error), row.error_kind, text(row.energy_drift), text(row.momentum_drift),
+       text(row.penetration_max_m), text(row.penetration_mean_m), row.hash},
+      format);
 }
 
 }  // namespace cradle::bench

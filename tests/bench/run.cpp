@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/dynamics/free_flight.h"
 #include "server/simulate.h"
 #include "server/thread_pool.h"
 #include "tests/bench/conservation.h"
@@ -42,6 +43,7 @@ Row run(const Case& which, const Options& options) {
   if (options.method) scene.settings.solver = *options.method;
   if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
   if (options.sub_steps) scene.settings.sub_steps = *options.sub_steps;
+  scene.settings.lanes = options.lanes;
   const double rate_hz = scene.settings.rate_hz;
 
   const auto executor = make_executor(options.threads);
@@ -56,6 +58,7 @@ Row run(const Case& which, const Options& options) {
   row.dt_s = 1 / rate_hz;
   row.sub_steps = scene.settings.sub_steps;
   row.threads = options.threads;
+  row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
   row.error_kind = which.error_kind;
 
   const auto ticks = std::max<Tick>(1, std::llround(which.duration_s * rate_hz));
@@ -77,6 +80,8 @@ Row run(const Case& which, const Options& options) {
   }
 
   row.us_per_tick = summarise(std::move(us));
+  const auto bodies = static_cast<double>(dynamic_bodies(scene).size());
+  row.ns_per_body = 1000 * row.us_per_tick.median_us / bodies;
   row.error = run.world().quarantined_count() == 0 ? measure->error()
                                                    : std::numeric_limits<double>::quiet_NaN();
   row.energy_drift = drift.energy();

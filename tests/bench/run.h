@@ -15,6 +15,7 @@ struct Options {
   std::optional<double> dt_s;
   std::optional<int> sub_steps;
   int threads = 1;
+  int lanes = 0;  ///< one of flight_lanes(), or 0 for the most
 };
 
 /// One line of the report. NaN where a number came out unusable; none where it has no meaning.
@@ -23,8 +24,10 @@ struct Row {
   double dt_s = 0;
   int sub_steps = 0;
   int threads = 1;
-  TickTimes us_per_tick;  ///< wall time of a step, everything included
-  double error = 0;       ///< NaN also if the engine had to quarantine a body
+  int lanes = 1;
+  TickTimes us_per_tick;   ///< wall time of a step, everything included
+  double ns_per_body = 0;  ///< of the median, dynamic bodies
+  double error = 0;        ///< NaN also if the engine had to quarantine a body
   std::string error_kind;
   std::optional<double> energy_drift;    ///< Drift::energy
   std::optional<double> momentum_drift;  ///< Drift::momentum

@@ -1,0 +1,11 @@
+// Free flight four bodies at a time: compiled for AVX2, and called only where there is AVX2.
+#ifdef CRADLE_WIDE_X86
+#include "server/dynamics/flight_method.h"
+
+namespace cradle {
+namespace {
+using Four = double __attribute__((vector_size(32)));
+}
+constinit const FlightKernels kFlightKernels4 = kernels<Four>();
+}  // namespace cradle
+#endif

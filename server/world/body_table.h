@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "server/collision/geometry.h"
+#include "server/dynamics/loads.h"
 #include "server/dynamics/mass_properties.h"
 
 namespace cradle {
@@ -44,6 +45,7 @@ struct BodyTable {
   std::vector<Rotation> q;                ///< q_WP
   std::vector<Vector> v;                  ///< m/s, in W
   std::vector<Vector> w;                  ///< rad/s, in W
+  std::vector<Drag> drag;
   std::vector<std::uint8_t> in_contact;   ///< in the last tick
   std::vector<std::uint8_t> quarantined;  ///< neither moved nor collided with
 
@@ -68,6 +70,7 @@ struct BodyTable {
     f("q", q);
     f("v", v);
     f("w", w);
+    f("drag", drag);
     f("in_contact", in_contact);
     f("quarantined", quarantined);
   }

@@ -9,10 +9,11 @@
 namespace cradle {
 
 struct WorldSettings {
-  double rate_hz = 60;          ///< ticks a second; dt = 1 / rate
-  int sub_steps = 4;            ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
-  Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
-  std::string solver = "soft";  ///< a name of solver_names()
+  double rate_hz = 60;           ///< ticks a second; dt = 1 / rate
+  int sub_steps = 4;             ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
+  Vec3 gravity_W{0, 0, -9.81};   ///< m/s^2
+  std::string solver = "soft";   ///< a name of solver_names()
+  std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()
   std::int64_t bodies_max = limits::kBodies;
   std::int64_t wrenches_max = limits::kWrenches;
 };

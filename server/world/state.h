@@ -7,6 +7,8 @@
 
 #include "server/collision/broad_phase.h"
 #include "server/dynamics/contact_solver.h"
+#include "server/dynamics/schemes/scheme.h"
+#include "server/dynamics/spring_step.h"
 #include "server/world/body_table.h"
 #include "server/world/contact_cache.h"
 #include "server/world/world.h"
@@ -25,6 +27,7 @@ struct World::State {
   std::int64_t next_id = 1;
   BodyTable bodies;
   std::vector<ActiveWrench> wrenches;
+  std::vector<Spring> springs;  ///< in order of arrival
   ContactCache contacts;
   std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
 
@@ -34,6 +37,7 @@ struct World::State {
   std::set<std::string> names;                    ///< of the bodies that have one
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ContactSolver> solver;
+  const Scheme* scheme = nullptr;
   bool renumbered = true;  ///< slots have changed since the broad phase last saw them
   std::vector<Event> events;
   std::int64_t quarantined = 0;
@@ -49,6 +53,9 @@ struct World::State {
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;
   std::vector<std::int32_t> moving, driven;
+  std::vector<std::uint8_t> is_sprung;  ///< in this tick, by a spring that acts
+  std::vector<std::uint8_t> has_moved;  ///< with its springs, in this tick
+  int springs_unconverged = 0;
 
   BodyArrays arrays();
 
@@ -66,11 +73,13 @@ struct World::State {
     scalar("bodies_max", settings.bodies_max);
     scalar("wrenches_max", settings.wrenches_max);
     array("solver", settings.solver);
+    array("scheme", settings.scheme);
     scalar("gravity", gravity_W);
     scalar("tick", tick);
     scalar("next_id", next_id);
     bodies.for_each_array(array);
     array("wrenches", wrenches);
+    array("springs", springs);
     array("contact impulses", contacts.entries());
     array("geometries", geometry_digests);
   }
@@ -79,6 +88,8 @@ struct World::State {
 // The hash reads these as bytes: they must have no padding.
 static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
 static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
+static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
+static_assert(sizeof(Drag) == 3 * sizeof(double));
 static_assert(sizeof(CachedImpulse) == 3 * 8 + 4 * sizeof(double));
 static_assert(sizeof(Material) == 2 * sizeof(double));
 

@@ -10,6 +10,7 @@
 #include "server/dynamics/free_flight.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/quarantine.h"
+#include "server/world/springs.h"
 #include "server/world/state.h"
 
 namespace cradle {
@@ -28,6 +29,7 @@ struct World::Steps {
   static void find_pairs(State& s);
   static void collide(State& s, Executor& executor);
   static void prepare(State& s);
+  static void add_drag(State& s);
   static void fly_free(State& s);
   static StepReport report(const State& s);
 };
@@ -43,6 +45,8 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
 
   if (observer != nullptr) observer->enter(Phase::solve);
   Steps::prepare(s);
+  move_with_springs(s);
+  Steps::add_drag(s);
   s.contacts.restore(s.bodies.id, s.constraints);
   s.solver->advance({s.dt, s.settings.sub_steps, s.moving, s.driven}, s.arrays(),
                     s.inverse_inertia_W, s.constraints);
@@ -131,17 +135,49 @@ void World::Steps::prepare(State& s) {
   }
 }
 
-/// Dynamic bodies without contact, and kinematic ones: one exact step each.
+/// Bodies in contact feel the mean of their drag over the tick, as it would be without contact: so
+/// it brings them to rest at most, however strong it is.
+void World::Steps::add_drag(State& s) {
+  BodyTable& bodies = s.bodies;
+  for (const std::int32_t slot : s.moving) {
+    const std::size_t i = index(slot);
+    if (!bodies.drag[i].any() || s.is_sprung[i] != 0) continue;
+    FlightLoads loads;
+    loads.force_W = bodies.mass[i] * s.loads.acceleration[i];
+    loads.drag = {bodies.drag[i].linear, bodies.drag[i].quadratic, 0};
+    Flight end{bodies.x[i], bodies.q[i], bodies.v[i], Vector::Zero()};
+    Work work;
+    exact(end, {bodies.mass[i], Vector::Zero()}, loads, s.dt, work);
+    s.loads.acceleration[i] = (end.v - bodies.v[i]) / s.dt;
+    if (bodies.inertia[i].isZero(0)) continue;
+    const Vector w_B = bodies.q[i].conjugate() * bodies.w[i];
+    const Vector scale = bodies.inertia[i] + Vector::Constant(s.dt * bodies.drag[i].angular);
+    const Vector torque_B =
+        bodies.drag[i].angular * bodies.inertia[i].cwiseQuotient(scale).cwiseProduct(w_B);
+    s.loads.torque[i] -= bodies.q[i] * torque_B;
+  }
+}
+
+/// Dynamic bodies without contact by the world's scheme, and kinematic ones: one step each.
 void World::Steps::fly_free(State& s) {
   BodyTable& bodies = s.bodies;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const bool is_driven = bodies.kind[i] == BodyKind::kinematic;
     const bool is_free = bodies.is_moving(i) && bodies.in_contact[i] == 0;
-    if ((!is_driven && !is_free) || bodies.quarantined[i] != 0) continue;
+    if ((!is_driven && !is_free) || bodies.quarantined[i] != 0 || s.has_moved[i] != 0) continue;
     Flight flight{bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]};
     const Vector none = Vector::Zero();
-    fly(flight, s.dt, is_driven ? none : s.loads.acceleration[i],
-        is_driven ? none : s.loads.torque[i], is_driven ? none : bodies.inertia[i]);
+    if (is_free && (s.scheme->advance != exact || bodies.drag[i].any())) {
+      FlightLoads loads;
+      loads.force_W = bodies.mass[i] * s.loads.acceleration[i];
+      loads.torque_W = s.loads.torque[i];
+      loads.drag = bodies.drag[i];
+      Work work;
+      s.scheme->advance(flight, {bodies.mass[i], bodies.inertia[i]}, loads, s.dt, work);
+    } else {
+      fly(flight, s.dt, is_driven ? none : s.loads.acceleration[i],
+          is_driven ? none : s.loads.torque[i], is_driven ? none : bodies.inertia[i]);
+    }
     bodies.x[i] = flight.x;
     bodies.q[i] = flight.q;
     bodies.v[i] = flight.v;
@@ -162,6 +198,7 @@ StepReport World::Steps::report(const State& s) {
   }
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
+  report.springs_unconverged = s.springs_unconverged;
   return report;
 }
 

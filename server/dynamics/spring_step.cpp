@@ -34,9 +34,11 @@
 namespace cradle {
 namespace {
 
-constexpr int kIterationsMax = 30;
+constexpr int kIterationsMax = 60;
 constexpr int kHalvingsMax = 6;
 constexpr double kConverged = 1e-13;    // of the velocity, a Newton step
+constexpr double kTurnMax_rad = 0.7;    // a Newton step: it is linear in the turn
+constexpr double kStalled = 1e-7;       // likewise, where rounding of a stiff force ends progress
 constexpr Eigen::Index kDenseMax = 96;  // unknowns; beyond it sparse factors are faster
 constexpr double kResolved = 100;       // s^4 at which half of a mode is damped away
 
@@ -50,8 +52,15 @@ struct Path {
 
 class SpringStep {
  public:
-  SpringStep(std::span<SpringBody> bodies, std::span<const SpringLink> links, double h)
-      : bodies_(bodies), links_(links), h_(h), paths_(bodies.size()), softness_(links.size()) {
+  /// `creep`: time, in steps, that springs beyond the step's resolution take to relax.
+  SpringStep(std::span<SpringBody> bodies, std::span<const SpringLink> links, double h,
+             double creep)
+      : bodies_(bodies),
+        links_(links),
+        h_(h),
+        creep_(creep),
+        paths_(bodies.size()),
+        softness_(links.size()) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const Flight& flight = bodies[i].flight;
       Path& path = paths_[i];
@@ -75,11 +84,12 @@ class SpringStep {
       if (!r.allFinite()) return false;
       step = newton_step(r);
       if (!step.allFinite()) return false;
+      step *= std::min(1.0, kTurnMax_rad / turn_of(step));
       move(step);
       const double change = relative_size(step);
       // At the rounding of a stiff spring's force the steps no longer shrink.
-      if (change <= kConverged || (change <= 1e-9 && change >= last / 2)) return true;
-      if (iteration > 8 && change > last) return false;
+      if (change <= kConverged || (change <= kStalled && change >= last / 2)) return true;
+      if (iteration > 30 && change > last) return false;
       last = change;
     }
     return false;
@@ -106,6 +116,15 @@ class SpringStep {
     return normalised(Rotation(1, half.x(), half.y(), half.z()));
   }
 
+  /// The largest turn that a Newton step gives to a body, rad.
+  double turn_of(const Eigen::VectorXd& step) const {
+    double most = 1e-300;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      most = std::max(most, h_ / 2 * step.segment<3>(static_cast<Eigen::Index>(6 * i + 3)).norm());
+    }
+    return most;
+  }
+
   /// Takes a Newton step and brings the poses up to date.
   void move(const Eigen::VectorXd& step) {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -123,8 +142,10 @@ class SpringStep {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Path& path = paths_[i];
       const auto at = static_cast<Eigen::Index>(6 * i);
-      const double v = path.v0.norm() + path.v1.norm() + 1e-6;
-      const double w = path.w0_B.norm() + path.w1_B.norm() + 1e-6;
+      // What rounding of the place comes to as a velocity.
+      const double blur = 1e-2 * (path.x0.norm() + 1e-3) / h_;
+      const double v = path.v0.norm() + path.v1.norm() + blur;
+      const double w = path.w0_B.norm() + path.w1_B.norm() + blur + 1e-2 / h_;
       worst = std::max({worst, step.segment<3>(at).norm() / v, step.segment<3>(at + 3).norm() / w});
     }
     return worst;
@@ -151,19 +172,23 @@ class SpringStep {
     const Vector d0 = b.p0 - a.p0, d1 = b.p1 - a.p1;
     const Vector middle = (d0 + d1) / 2;
     const double l0 = d0.norm(), l1 = d1.norm(), l = (l0 + l1) / 2;
-    const double damping = link.damping + softness_[i] * link.stiffness * h_ / 2;
+    const double damping = link.damping + softness_[i] * link.stiffness * h_ * (0.5 + creep_);
+    const Matrix one = Matrix::Identity();
     if (link.rest_length == 0) {
       return {-link.stiffness * middle - damping / h_ * (d1 - d0),
-              (link.stiffness / 2 + damping / h_) * Matrix::Identity()};
+              (link.stiffness / 2 + damping / h_) * one};
     }
     const double length = middle.norm();
-    if (!(l > 0 && length > 1e-14 * l)) return {Vector::Zero(), Matrix::Zero()};
+    if (!(l1 > 0 && length > 1e-14 * l)) return {Vector::Zero(), Matrix::Zero()};
     const Vector n = middle / length;
     const double secant = link.stiffness * (1 - link.rest_length / l);
-    const Matrix along = n * n.transpose();
-    return {-secant * middle - damping / h_ * n.dot(d1 - d0) * n,
-            (link.stiffness / 2 + damping / h_) * along +
-                std::max(secant, 0.0) / 2 * (Matrix::Identity() - along)};
+    const double rate = n.dot(d1 - d0) / h_;
+    const Matrix dn = (one - n * n.transpose()) / (2 * length);  // d n / d d1
+    const Matrix elastic = secant / 2 * one + link.stiffness * link.rest_length / (2 * l * l * l1) *
+                                                  middle * d1.transpose();
+    const Matrix viscous =
+        damping / h_ * n * (n + dn * (d1 - d0)).transpose() + damping * rate * dn;
+    return {-secant * middle - damping * rate * n, elastic + viscous};
   }
 
   Eigen::VectorXd residual() const {
@@ -259,15 +284,28 @@ class SpringStep {
     return H;
   }
 
+  /// The torque's change with the arm, which turns by half as much as the end.
+  template <class Add>
+  void add_arm(const SpringEnd& end, const Vector& force_W, Add&& add) const {
+    const auto i = static_cast<std::size_t>(end.body);
+    if (!bodies_[i].inertia.turns()) return;
+    Block block = Block::Zero();
+    block.bottomRightCorner<3, 3>() =
+        h_ / 2 * paths_[i].R0.transpose() * cross_matrix(force_W) * motion_of(end).rightCols<3>();
+    add(i, i, block);
+  }
+
   template <class Add>
   void for_each_block(Add&& add) const {
     for (std::size_t i = 0; i < bodies_.size(); ++i) add(i, i, own_block(i));
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const std::array<const SpringEnd*, 2> ends{&links_[i].a, &links_[i].b};
       const std::array<EndAt, 2> at{end_at(links_[i].a), end_at(links_[i].b)};
-      const Matrix stiffness = h_ * pull(i, at[0], at[1]).stiffness;
+      const Pull now = pull(i, at[0], at[1]);
+      const Matrix stiffness = h_ * now.stiffness;
       for (std::size_t row = 0; row < 2; ++row) {
         if (ends[row]->body < 0) continue;
+        add_arm(*ends[row], row == 0 ? Vector(-now.force_W) : now.force_W, add);
         const Eigen::Matrix<double, 6, 3> H = effect_on(*ends[row], at[row]) * stiffness;
         for (std::size_t column = 0; column < 2; ++column) {
           if (ends[column]->body < 0) continue;
@@ -385,19 +423,25 @@ class SpringStep {
 
   std::span<SpringBody> bodies_;
   std::span<const SpringLink> links_;
-  double h_;
+  double h_, creep_;
   std::vector<Path> paths_;
   std::vector<double> softness_;  // g
 };
 
+/// Energy is least where nothing moves: what is left if the equations have no solution to be found.
+void stand_still(std::span<SpringBody> bodies) {
+  for (SpringBody& body : bodies) body.flight.v = body.flight.w = Vector::Zero();
+}
+
 void step_by_halves(std::span<SpringBody> bodies, std::vector<SpringLink> links, double h,
                     int halvings, SpringReport& report) {
-  SpringStep step(bodies, links, h);
-  const bool is_solved = step.solve(report);
-  if (is_solved || halvings == kHalvingsMax) {
-    if (!is_solved) ++report.unconverged;
-    step.finish();
-    return;
+  for (const double creep : {0.0, 4.0, 64.0, 1024.0}) {
+    SpringStep step(bodies, links, h, creep);
+    if (step.solve(report)) return step.finish();
+  }
+  if (halvings == kHalvingsMax) {
+    ++report.unconverged;
+    return stand_still(bodies);
   }
   std::vector<SpringLink> later = links;
   for (std::size_t i = 0; i < links.size(); ++i) {

@@ -67,8 +67,9 @@ Result check(const BodyTable& bodies, const Spring& spring) {
   const Result result = check_coefficients({spring.stiffness, spring.damping, spring.rest_length});
   if (result != Result::ok) return result;
   bool is_moved = false;
+  if (!spring.a) return Result::unknown_body;
   for (const BodyId body : {spring.a, spring.b}) {
-    if (!body && body == spring.b) continue;  // the world
+    if (!body) continue;  // the world
     const auto i = bodies.slot(body);
     if (!i) return Result::unknown_body;
     is_moved = is_moved || bodies.kind[*i] == BodyKind::dynamic;

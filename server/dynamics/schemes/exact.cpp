@@ -14,7 +14,7 @@
 // Magnus step of free_flight.cpp with more terms, J W_(k+1) = (sum (J W_j) x W_(k-j) + T_k - h c3
 // W_k + [k = 0] h^2 M_B) / (k + 1). Springs: spring_step.h, order 2, instead of all of the above.
 // Order: exact / 6 / 2. Stability: at every h. Energy: without drag and springs to 1e-12 over a
-// minute of tumbling. Cost: series of 9 terms, 350 ns with torque and linear drag.
+// minute of tumbling. Cost: a series of 9 terms, 230 ns.
 #include <array>
 #include <cmath>
 

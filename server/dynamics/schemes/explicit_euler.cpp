@@ -6,7 +6,7 @@
 // commute), and J w' = T without the gyroscopic term W x J W; here the attitude is a quaternion
 // that turns by the exponential of h W, and the term is there. Order: 1. Stability: an undamped
 // oscillator grows by sqrt(1 + (h omega)^2) a step, at every h; drag c needs h < 2 m / c, and h < m
-// / c not to swing. Energy: gained, in translation and in tumbling. Cost: 1 evaluation, 36 ns.
+// / c not to swing. Energy: gained, in translation and in tumbling. Cost: 1 evaluation, 75 ns.
 #include "server/dynamics/rotation.h"
 #include "server/dynamics/schemes/right_hand_side.h"
 

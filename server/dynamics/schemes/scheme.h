@@ -4,8 +4,9 @@
 /// angular velocity in W, W in B; J principal moments; m mass; F force in W; T torque in W; M
 /// torque in B; index 0 and 1: at the step's start and end. Equations of motion:
 ///   x' = v,  m v' = F(x, q, v, w),  q' = q (0, W) / 2,  J W' + W x J W = M(x, q, v, w)
-/// The cost in each file's head is that of tumbling with a torque and linear drag, one step of one
-/// body, measured by "cost of a step" of tests/bench on one core of a Zen 5.
+/// The cost in each file's head is that of a step of one tumbling body with a torque (and, where
+/// said, linear drag) at 60 Hz, on one core of a Zen 5; `cradle_bench report` measures it case by
+/// case.
 #pragma once
 
 #include <cstdint>

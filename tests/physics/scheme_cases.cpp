@@ -11,7 +11,8 @@ namespace {
 double next_flip(const Scheme& scheme, Flight& body, double& time_s, double h) {
   const auto spin = [](const Flight& at) { return (at.q.conjugate() * at.w).y(); };
   Work work;
-  for (;;) {
+  constexpr double kGivenUp_s = 100;
+  while (time_s < kGivenUp_s) {
     const Flight start = body;
     scheme.advance(body, kBox, {}, h, work);
     time_s += h;
@@ -24,6 +25,7 @@ double next_flip(const Scheme& scheme, Flight& body, double& time_s, double h) {
     }
     return time_s - h + early;
   }
+  return kGivenUp_s;
 }
 
 }  // namespace

@@ -13,8 +13,7 @@ namespace cradle {
 
 /// The keys of [[spring]]; tests/scenes/README.md documents them.
 inline constexpr std::array<std::string_view, 7> kSpringKeys{
-    "body_a",        "body_b",       "point_a_m",    "point_b_m",
-    "stiffness_npm", "damping_nspm", "rest_length_m"};
+    "body_a", "body_b", "point_a_m", "point_b_m", "stiffness_npm", "damping_nspm", "rest_length_m"};
 
 /// A spring of a scene; its bodies are named by their places in the list.
 struct SceneSpring {

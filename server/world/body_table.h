@@ -38,13 +38,13 @@ struct BodyTable {
   std::vector<double> inverse_mass;
   std::vector<Vector> inertia;  ///< principal moments J in P, kg m^2
   std::vector<Vector> inverse_inertia;
-  std::vector<Vector> p_BoBcm;            ///< m, in B
-  std::vector<Rotation> q_BP;             ///< turns vectors of P into B
-  std::vector<std::uint8_t> is_offset;    ///< P is not B: p_BoBcm or q_BP says more than nothing
-  std::vector<Vector> x;                  ///< Bcm, m, in W
-  std::vector<Rotation> q;                ///< q_WP
-  std::vector<Vector> v;                  ///< m/s, in W
-  std::vector<Vector> w;                  ///< rad/s, in W
+  std::vector<Vector> p_BoBcm;          ///< m, in B
+  std::vector<Rotation> q_BP;           ///< turns vectors of P into B
+  std::vector<std::uint8_t> is_offset;  ///< P is not B: p_BoBcm or q_BP says more than nothing
+  std::vector<Vector> x;                ///< Bcm, m, in W
+  std::vector<Rotation> q;              ///< q_WP
+  std::vector<Vector> v;                ///< m/s, in W
+  std::vector<Vector> w;                ///< rad/s, in W
   std::vector<Drag> drag;
   std::vector<std::uint8_t> in_contact;   ///< in the last tick
   std::vector<std::uint8_t> quarantined;  ///< neither moved nor collided with

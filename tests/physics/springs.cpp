@@ -226,6 +226,46 @@ TEST_CASE("springs: a kinematic body pulls, and is not pulled") {
   CHECK(state(world, spring.a).v_WBcm.x == Approx(1).epsilon(1e-9));
 }
 
+TEST_CASE("springs: points are those of the body's own frame, wherever its mass and axes are") {
+  // The same body told twice: Bo at the corner of its mass, and axes turned against the principal
+  // ones, by 30 degrees about z. Its Bcm moves as that of the plain one.
+  const double c = std::sqrt(0.75), s = 0.5;
+  BodySpec plain;
+  plain.mass_kg = 2;
+  plain.inertia_kgm2 = {1, 2, 2.5};
+  plain.p_WBo = {1, 0, 0};
+  BodySpec told = plain;
+  told.sets_centre_of_mass = true;
+  told.p_BoBcm = {0.3, -0.2, 0.1};
+  // In axes P = B turned by 30 degrees: J_B = R diag R^T.
+  told.inertia_kgm2 = {c * c * 1 + s * s * 2, s * s * 1 + c * c * 2, 2.5};
+  told.inertia_products_kgm2 = {c * s * (1 - 2), 0, 0};
+  const double half = std::acos(-1.0) / 12;  // B is P turned back
+  told.q_WB = {std::cos(half), 0, 0, -std::sin(half)};
+  const Vector offset = to_eigen(told.q_WB) * to_eigen(told.p_BoBcm);
+  told.p_WBo = to_plain(to_eigen(plain.p_WBo) - offset);
+
+  World world(settings());
+  Spring spring;
+  spring.stiffness = 200;
+  spring.damping = 1;
+  spring.rest_length = 1;
+  spring.point_b = {0, 0, 1};
+  const Vector at(0.4, 0.5, 0.6);  // from Bcm, in W, at the start
+  Spring of_told = spring;
+  spring.a = add(world, plain);
+  spring.point_a = to_plain(at);
+  of_told.a = add(world, told);
+  of_told.point_a = to_plain(to_eigen(told.p_BoBcm) + to_eigen(told.q_WB).conjugate() * at);
+  REQUIRE(world.add_springs(std::array{spring, of_told}).result == Result::ok);
+  steps(world, 120);
+  const BodyState a = state(world, spring.a), b = state(world, of_told.a);
+  const Vector Bcm = to_eigen(b.p_WBo) + to_eigen(b.q_WB) * to_eigen(told.p_BoBcm);
+  CHECK((Bcm - to_eigen(a.p_WBo)).norm() < 1e-10);
+  CHECK(distance(a.w_WB, b.w_WB) < 1e-10);
+  CHECK(norm(a.w_WB) > 0.1);
+}
+
 TEST_CASE("springs and drag: what is impossible is refused and changes nothing") {
   World world(settings());
   const BodyId fixed = add(world, ground()), body = add(world, ball(0.1, {0, 0, 5}));

@@ -7,7 +7,7 @@
 build_dir=${CRADLE_BUILD:-$root/build}
 packages=(g++ cmake ninja-build liblcm-dev liblcm-bin libeigen3-dev libfcl-dev libqhull-dev catch2
           libtomlplusplus-dev libcli11-dev libspdlog-dev libxxhash-dev nlohmann-json3-dev iproute2
-          lua5.2 liblcm-lua pkg-config groff-base dpkg-dev file)
+          lua5.2 liblcm-lua pkg-config groff-base dpkg-dev file gnuplot-nox)
 
 # Runs a command in silence; if it fails, shows the end of what it said.
 quietly() {

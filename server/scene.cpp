@@ -7,6 +7,7 @@
 
 #include "protocol/validate.h"
 #include "server/dynamics/mass_properties.h"
+#include "server/scene_forces.h"
 #include "server/scene_lattice.h"
 #include "server/scene_shapes.h"
 #include "server/world/world.h"
@@ -15,8 +16,9 @@ namespace cradle {
 namespace {
 
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
-constexpr std::string_view kSceneKeys[] = {"world", "body", "lattice"};
-constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps", "gravity_mps2", "solver"};
+constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
+constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps", "gravity_mps2", "solver",
+                                           "scheme"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -39,6 +41,9 @@ constexpr std::string_view kBodyKeys[] = {"name",
                                           "rotation_rad",
                                           "velocity_mps",
                                           "angular_velocity_radps",
+                                          "linear_drag_kgps",
+                                          "quadratic_drag_kgpm",
+                                          "angular_drag_kgm2ps",
                                           "wrench"};
 constexpr std::string_view kWrenchKeys[] = {"tick",    "quantity", "frame",    "point",
                                             "point_m", "value",    "duration", "ticks"};
@@ -73,6 +78,15 @@ constexpr std::pair<std::string_view, WrenchDuration> kDurations[] = {
     {"ticks", WrenchDuration::ticks},
     {"until_cleared", WrenchDuration::until_cleared}};
 
+void read_name(const TomlTable& table, std::string_view key, const std::vector<std::string>& names,
+               std::string& name) {
+  table.read(key, name);
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  std::string known;
+  for (const std::string& one : names) known += (known.empty() ? "" : ", ") + one;
+  table.refuse(key, "\"" + name + "\" is none of " + known);
+}
+
 WorldSettings read_settings(const TomlTable& table) {
   WorldSettings settings;
   table.read("rate_hz", settings.rate_hz);
@@ -85,13 +99,8 @@ WorldSettings read_settings(const TomlTable& table) {
   }
   table.read("gravity_mps2", settings.gravity_W);
   require(table, "gravity_mps2", validate_gravity(settings.gravity_W));
-  table.read("solver", settings.solver);
-  const std::vector<std::string> solvers = solver_names();
-  if (std::find(solvers.begin(), solvers.end(), settings.solver) == solvers.end()) {
-    std::string known;
-    for (const std::string& name : solvers) known += (known.empty() ? "" : ", ") + name;
-    table.refuse("solver", "\"" + settings.solver + "\" is none of " + known);
-  }
+  read_name(table, "solver", solver_names(), settings.solver);
+  read_name(table, "scheme", scheme_names(), settings.scheme);
   return settings;
 }
 
@@ -132,7 +141,11 @@ class SceneReader {
     }
     for (const TomlTable& entry : root_.tables("body", kBodyKeys)) {
       const TomlTable table = entry.about(description(entry));
-      add(table, read_body(table), read_wrenches(table));
+      const BodySpec body = read_body(table);
+      add(table, body, read_drag(table, body.kind), read_wrenches(table));
+    }
+    for (const TomlTable& table : root_.tables("spring", kSpringKeys)) {
+      scene_.springs.push_back(read_spring(table, scene_.bodies));
     }
     for (const TomlTable& table : root_.tables("lattice", kLatticeKeys)) add_lattice(table);
     scene_.geometries = shapes_.take_geometries();
@@ -218,7 +231,7 @@ class SceneReader {
     return wrenches;
   }
 
-  void add(const TomlTable& table, BodySpec body, const Wrenches& wrenches) {
+  void add(const TomlTable& table, BodySpec body, const Drag& drag, const Wrenches& wrenches) {
     if (scene_.bodies.size() >= static_cast<std::size_t>(scene_.settings.bodies_max)) {
       table.refuse("too many bodies");
     }
@@ -230,13 +243,16 @@ class SceneReader {
       scene_.wrenches.push_back(timed);
     }
     scene_.bodies.push_back(std::move(body));
+    scene_.drags.push_back(drag);
   }
 
   void add_lattice(const TomlTable& table) {
     const Lattice lattice = read_lattice(table);
     std::vector<Wrenches> wrenches;
+    std::vector<Drag> drags;
     for (const TomlTable& body : table.tables("body", kBodyKeys)) {
       wrenches.push_back(read_wrenches(body));
+      drags.push_back(read_drag(body, lattice.bodies[drags.size()].kind));
     }
     std::size_t turn = 0;
     for (BodySpec& body : bodies_of(lattice)) {
@@ -244,7 +260,8 @@ class SceneReader {
       if (result != Result::ok) {
         table.refuse("its body number " + std::to_string(turn) + ": " + reason(result));
       }
-      add(table, std::move(body), wrenches[turn++ % wrenches.size()]);
+      const std::size_t which = turn++ % wrenches.size();
+      add(table, std::move(body), drags[which], wrenches[which]);
     }
   }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/collision/stored_geometry.h"
+#include "server/scene_forces.h"
 #include "server/world/settings.h"
 
 namespace cradle {
@@ -30,7 +31,9 @@ struct Scene {
   std::vector<GeometryPointer>
       geometries;                     ///< hulls, meshes, compounds: bodies name them from 1 on
   std::vector<BodySpec> bodies;       ///< those of [[body]], then those of [[lattice]]
+  std::vector<Drag> drags;            ///< of `bodies`, one each; or none at all
   std::vector<TimedWrench> wrenches;  ///< in ascending order of ticks
+  std::vector<SceneSpring> springs;
 };
 
 /// "FILE:LINE: reason"

@@ -29,6 +29,7 @@ WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings
     check_range("--substeps", *options.sub_steps, 1, limits::kSubStepsMax);
     settings.sub_steps = *options.sub_steps;
   }
+  if (options.scheme) settings.scheme = *options.scheme;
   return settings;
 }
 
@@ -71,6 +72,21 @@ SceneRun::SceneRun(Scene scene) : scene_(std::move(scene)), world_(scene_.settin
                      std::string(to_string(made.result)));
   }
   first_ = made.body;
+  for (std::size_t i = 0; i < scene_.drags.size(); ++i) {
+    if (scene_.drags[i].any()) accept(world_.set_drag(id(i), scene_.drags[i]), "drag", i);
+  }
+  for (std::size_t i = 0; i < scene_.springs.size(); ++i) {
+    Spring spring = scene_.springs[i].spring;
+    spring.a = id(scene_.springs[i].a);
+    if (scene_.springs[i].b) spring.b = id(*scene_.springs[i].b);
+    accept(world_.add_springs(std::span(&spring, 1)), "spring", i);
+  }
+}
+
+void SceneRun::accept(const Outcome& outcome, const char* what, std::size_t number) const {
+  if (outcome.result == Result::ok) return;
+  throw SceneError(scene_.name + ": " + what + " number " + std::to_string(number) + ": " +
+                   std::string(to_string(outcome.result)));
 }
 
 BodyId SceneRun::id(std::size_t index) const {

@@ -14,7 +14,7 @@ namespace cradle {
 /// A scene in motion: the world with its bodies in it, and the wrenches still to come.
 class SceneRun {
  public:
-  /// Throws SceneError if the world refuses a body.
+  /// Throws SceneError if the world refuses a body, its drag or a spring.
   explicit SceneRun(Scene scene);
 
   /// Begins the wrenches that are due, then steps once.
@@ -30,6 +30,7 @@ class SceneRun {
 
  private:
   void begin_due_wrenches();
+  void accept(const Outcome& outcome, const char* what, std::size_t number) const;
 
   Scene scene_;
   World world_;
@@ -39,12 +40,13 @@ class SceneRun {
 };
 
 struct SimulateOptions {
-  std::string scene;             ///< path
-  double duration_s = 0;         ///< rounded to whole ticks, 1 or more
-  std::optional<double> dt_s;    ///< instead of the scene's 1 / rate_hz
-  std::optional<int> sub_steps;  ///< instead of the scene's
-  std::string trace;             ///< path of a CSV file, "-": standard output, empty: none
-  std::string summary;           ///< path of a JSON file, likewise
+  std::string scene;                  ///< path
+  double duration_s = 0;              ///< rounded to whole ticks, 1 or more
+  std::optional<double> dt_s;         ///< instead of the scene's 1 / rate_hz
+  std::optional<int> sub_steps;       ///< instead of the scene's
+  std::optional<std::string> scheme;  ///< of scheme_names(), instead of the scene's
+  std::string trace;                  ///< path of a CSV file, "-": standard output, empty: none
+  std::string summary;                ///< path of a JSON file, likewise
   int threads = 1;
 };
 

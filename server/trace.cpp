@@ -110,6 +110,7 @@ std::string to_json(const Summary& s) {
   json.add("version", std::string(CRADLE_VERSION));
   json.add("scene", s.scene);
   json.add("solver", s.settings.solver);
+  json.add("scheme", s.settings.scheme);
   json.add("dt_s", 1 / s.settings.rate_hz);
   json.add("sub_steps", s.settings.sub_steps);
   json.add("threads", s.threads);

@@ -19,7 +19,7 @@ endfunction()
 
 # The standard library without clock, thread, file, log and random device.
 set(pure "algorithm|array|bit|cassert|charconv|cmath|compare|concepts|cstddef|cstdint|cstdlib|cstring|deque")
-string(APPEND pure "|functional|limits|map|memory|numbers|numeric|optional|set|span|string")
+string(APPEND pure "|functional|initializer_list|limits|map|memory|numbers|numeric|optional|set|span|string")
 string(APPEND pure "|string_view|tuple|type_traits|utility|variant|vector")
 set(any_standard "[a-z_0-9]+|(sys|netinet|arpa)/[a-z]+\\.h|(unistd|poll|signal|fcntl)\\.h")
 set(vocabulary "cradle/(types|result|limits|world_view|version|export)\\.h")

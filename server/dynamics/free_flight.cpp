@@ -40,19 +40,54 @@ const FlightKernels& kernels_of(int lanes) {
   return *usable.front();
 }
 
+double steps_for(double angle_rad) {
+  return std::fmin(std::fmax(1.0, std::ceil(angle_rad / kStepAngle_rad)), kStepsMax);
+}
+
+/// How much a body turns in the tick, from its own state.
+enum Turn : std::uint8_t { none, steady, tumbling, tumbling_fast, twisted, kTurns };
+
+struct Need {
+  Turn turn = none;
+  double steps = 0;  ///< of the series
+};
+
+Need need_of(const FlightArrays& bodies, std::size_t i, double dt) {
+  const Course course = bodies.course[i];
+  const Vector& J = bodies.inertia[i];
+  const Vector& w = bodies.w[i];
+  const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
+  if (course == Course::pushed && !J.isZero(0)) {
+    const double torque = bodies.torque_W[i].norm() + bodies.torque_P[i].norm();
+    if (torque > 0) {
+      // No more than the torque can do in the tick, whatever the attitude.
+      const double speed = std::sqrt(speed2) + dt * torque * bodies.inverse_inertia[i].maxCoeff();
+      return {twisted, steps_for(dt * speed)};
+    }
+  }
+  if (speed2 == 0) return {none, 0};
+  const bool is_round = J.x() == J.y() && J.y() == J.z();
+  if (course == Course::driven || is_round) return {steady, 0};
+  if (speed2 * (dt * dt) <= kStepAngle_rad * kStepAngle_rad) return {tumbling, 1};
+  return {tumbling_fast, steps_for(dt * std::sqrt(speed2))};
+}
+
+FlightKernels::Kernel kernel_of(const FlightKernels& kernels, Turn turn) {
+  const std::array<FlightKernels::Kernel, kTurns> all{
+      kernels.straight, kernels.steady, kernels.tumbling, kernels.tumbling_fast, kernels.twisted};
+  return all[turn];
+}
+
 /// Bodies that need the same kernel; flown when there are enough, and at the end.
 class Batch {
  public:
   Batch(FlightKernels::Kernel kernel, int lanes, bool falls)
       : kernel_(kernel), lanes_(static_cast<std::size_t>(lanes)), falls_(falls) {}
 
-  void add(const FlightPointers& bodies, int slot) {
-    slots_[count_] = slot;
-    if (++count_ == kSize) fly(bodies);
-  }
   void add(const FlightPointers& bodies, int slot, double steps) {
+    slots_[count_] = slot;
     steps_[count_] = steps;
-    add(bodies, slot);
+    if (++count_ == kSize) fly(bodies);
   }
 
   void fly(const FlightPointers& bodies) {
@@ -74,25 +109,17 @@ class Batch {
   bool falls_;
   std::size_t count_ = 0;
   std::array<std::int32_t, kSize> slots_;
-  std::array<double, kSize> steps_{};  // of bodies whose kernel asks for it
+  std::array<double, kSize> steps_;
 };
 
-/// One batch a need, for bodies under gravity alone and for others.
-struct Batches {
-  Batches(const FlightKernels& k, bool falls)
-      : straight(k.straight, k.lanes, falls),
-        steady(k.steady, k.lanes, falls),
-        tumbling(k.tumbling, k.lanes, falls),
-        tumbling_fast(k.tumbling_fast, k.lanes, falls),
-        twisted(k.twisted, k.lanes, falls) {}
-
-  Batch straight, steady, tumbling, tumbling_fast, twisted;
-};
-
-double steps_for(double angle_rad) {
-  return std::fmin(std::fmax(1.0, std::ceil(angle_rad / kStepAngle_rad)), kStepsMax);
+/// One batch a turn.
+using Batches = std::array<Batch, kTurns>;
+Batches batches(const FlightKernels& kernels, bool falls) {
+  const auto one = [&](Turn turn) { return Batch(kernel_of(kernels, turn), kernels.lanes, falls); };
+  return {one(none), one(steady), one(tumbling), one(tumbling_fast), one(twisted)};
 }
 
+/// Bodies under gravity alone, and others.
 class Sorter {
  public:
   Sorter(const FlightTick& tick, const FlightArrays& bodies, const FlightPointers& pointers,
@@ -100,42 +127,20 @@ class Sorter {
       : bodies_(bodies),
         pointers_(pointers),
         dt_(tick.dt),
-        falling_(kernels, true),
-        others_(kernels, false) {}
+        falling_(batches(kernels, true)),
+        others_(batches(kernels, false)) {}
 
   void add(int slot) {
     const auto i = static_cast<std::size_t>(slot);
     const Course course = bodies_.course[i];
-    if (course == Course::still || course == Course::touches) return;
-    Batches& batches = course == Course::falls ? falling_ : others_;
-    const Vector& J = bodies_.inertia[i];
-    const Vector& w = bodies_.w[i];
-    const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
-    if (course == Course::pushed && !J.isZero(0)) {
-      const double torque = bodies_.torque_W[i].norm() + bodies_.torque_P[i].norm();
-      if (torque > 0) {
-        // No more than the torque can do in the tick, whatever the attitude.
-        const double speed =
-            std::sqrt(speed2) + dt_ * torque * bodies_.inverse_inertia[i].maxCoeff();
-        return batches.twisted.add(pointers_, slot, steps_for(dt_ * speed));
-      }
-    }
-    if (speed2 == 0) return batches.straight.add(pointers_, slot);
-    const bool is_round = J.x() == J.y() && J.y() == J.z();
-    if (course == Course::driven || is_round) return batches.steady.add(pointers_, slot);
-    if (speed2 * (dt_ * dt_) <= kStepAngle_rad * kStepAngle_rad) {
-      return batches.tumbling.add(pointers_, slot);
-    }
-    batches.tumbling_fast.add(pointers_, slot, steps_for(dt_ * std::sqrt(speed2)));
+    if (course == Course::still || course >= Course::touches) return;
+    const Need need = need_of(bodies_, i, dt_);
+    (course == Course::falls ? falling_ : others_)[need.turn].add(pointers_, slot, need.steps);
   }
 
   void finish() {
-    for (Batches* batches : {&falling_, &others_}) {
-      for (Batch* batch : {&batches->straight, &batches->steady, &batches->tumbling,
-                           &batches->tumbling_fast, &batches->twisted}) {
-        batch->fly(pointers_);
-      }
-    }
+    for (Batch& batch : falling_) batch.fly(pointers_);
+    for (Batch& batch : others_) batch.fly(pointers_);
   }
 
  private:
@@ -192,6 +197,23 @@ void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int 
     slot = next;
   }
   sorter.finish();
+}
+
+int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torque_W,
+        const Vector& torque_P, const Vector& inertia) {
+  const Course course = Course::pushed;
+  const Vector inverse =
+      inertia.isZero(0) ? Vector(Vector::Zero()) : Vector(inertia.cwiseInverse());
+  std::uint8_t lost = 0;
+  const auto one = [](auto& value) { return std::span(&value, 1); };
+  const FlightArrays alone{one(course),   one(body.x),   one(body.q),  one(body.v),
+                           one(body.w),   one(inertia),  one(inverse), one(acceleration),
+                           one(torque_W), one(torque_P), one(lost)};
+  const Need need = need_of(alone, 0, dt);
+  const std::int32_t slot = 0;
+  kernel_of(kFlightKernels1, need.turn)(pointers_to({dt, Vector::Zero(), 1}, alone),
+                                        {&slot, &need.steps, 1, false});
+  return static_cast<int>(need.steps);
 }
 
 std::vector<int> flight_lanes() {

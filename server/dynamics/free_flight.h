@@ -10,13 +10,22 @@
 
 namespace cradle {
 
+/// A body in flight: frame W, about Bcm.
+struct Flight {
+  Vector x = Vector::Zero();          ///< m
+  Rotation q = Rotation::Identity();  ///< q_WP
+  Vector v = Vector::Zero();          ///< m/s
+  Vector w = Vector::Zero();          ///< rad/s
+};
+
 /// What moves a body in a tick.
 enum class Course : std::uint8_t {
-  still,   ///< nothing: static, or quarantined
-  driven,  ///< its own constant velocities: kinematic
-  falls,   ///< gravity alone
-  pushed,  ///< gravity, and forces or torques of its own
-  touches  ///< contacts: it does not fly
+  still,    ///< nothing: static, or quarantined
+  driven,   ///< its own constant velocities: kinematic
+  falls,    ///< gravity alone
+  pushed,   ///< gravity, and forces or torques of its own
+  touches,  ///< contacts: it does not fly
+  moved     ///< it has been moved through this tick by other means
 };
 
 /// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.
@@ -51,6 +60,11 @@ struct FlightTick {
 ///
 /// Ranges may be flown side by side by several threads.
 void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int end);
+
+/// One body alone, bit for bit as fly_all moves it. Zero `inertia`: it turns at constant velocity.
+/// Returns the number of steps that the rotation takes, 0 if it takes none.
+int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torque_W,
+        const Vector& torque_P, const Vector& inertia);
 
 /// The widths that this machine has, ascending; the first is 1.
 std::vector<int> flight_lanes();

@@ -36,6 +36,7 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
   place(id.size() - 1, {to_eigen(spec.p_WBo), normalised(to_eigen(spec.q_WB))});
   v.push_back(moves ? to_eigen(spec.v_WBcm) : Vector(Vector::Zero()));
   w.push_back(moves ? to_eigen(spec.w_WB) : Vector(Vector::Zero()));
+  drag.emplace_back();
   in_contact.push_back(0);
   quarantined.push_back(0);
 }

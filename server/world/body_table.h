@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "server/collision/geometry.h"
+#include "server/dynamics/loads.h"
 #include "server/dynamics/mass_properties.h"
 
 namespace cradle {
@@ -37,13 +38,14 @@ struct BodyTable {
   std::vector<double> inverse_mass;
   std::vector<Vector> inertia;  ///< principal moments J in P, kg m^2
   std::vector<Vector> inverse_inertia;
-  std::vector<Vector> p_BoBcm;            ///< m, in B
-  std::vector<Rotation> q_BP;             ///< turns vectors of P into B
-  std::vector<std::uint8_t> is_offset;    ///< P is not B: p_BoBcm or q_BP says more than nothing
-  std::vector<Vector> x;                  ///< Bcm, m, in W
-  std::vector<Rotation> q;                ///< q_WP
-  std::vector<Vector> v;                  ///< m/s, in W
-  std::vector<Vector> w;                  ///< rad/s, in W
+  std::vector<Vector> p_BoBcm;          ///< m, in B
+  std::vector<Rotation> q_BP;           ///< turns vectors of P into B
+  std::vector<std::uint8_t> is_offset;  ///< P is not B: p_BoBcm or q_BP says more than nothing
+  std::vector<Vector> x;                ///< Bcm, m, in W
+  std::vector<Rotation> q;              ///< q_WP
+  std::vector<Vector> v;                ///< m/s, in W
+  std::vector<Vector> w;                ///< rad/s, in W
+  std::vector<Drag> drag;
   std::vector<std::uint8_t> in_contact;   ///< in the last tick
   std::vector<std::uint8_t> quarantined;  ///< neither moved nor collided with
 
@@ -68,6 +70,7 @@ struct BodyTable {
     f("q", q);
     f("v", v);
     f("w", w);
+    f("drag", drag);
     f("in_contact", in_contact);
     f("quarantined", quarantined);
   }

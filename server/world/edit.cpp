@@ -3,6 +3,8 @@
 #include "server/world/edit.h"
 
 #include <algorithm>
+#include <cmath>
+#include <initializer_list>
 #include <set>
 
 #include "protocol/validate.h"
@@ -50,6 +52,35 @@ Outcome check_names(const World::State& s, std::span<const BodySpec> specs) {
     }
   }
   return {};
+}
+
+/// Coefficients of drag and springs.
+Result check_coefficients(std::initializer_list<double> values) {
+  for (const double value : values) {
+    if (!std::isfinite(value)) return Result::not_finite;
+    if (value < 0 || value > limits::kWrenchMax) return Result::out_of_range;
+  }
+  return Result::ok;
+}
+
+Result check(const BodyTable& bodies, const Spring& spring) {
+  const Result result = check_coefficients({spring.stiffness, spring.damping, spring.rest_length});
+  if (result != Result::ok) return result;
+  bool is_moved = false;
+  if (!spring.a) return Result::unknown_body;
+  for (const BodyId body : {spring.a, spring.b}) {
+    if (!body) continue;  // the world
+    const auto i = bodies.slot(body);
+    if (!i) return Result::unknown_body;
+    is_moved = is_moved || bodies.kind[*i] == BodyKind::dynamic;
+  }
+  if (!is_moved || spring.a == spring.b) return Result::wrong_kind;
+  for (const Vec3& p : {spring.point_a, spring.point_b}) {
+    const Vector point = to_eigen(p);
+    if (!point.allFinite()) return Result::not_finite;
+    if (point.cwiseAbs().maxCoeff() > limits::kPositionMax_m) return Result::out_of_range;
+  }
+  return Result::ok;
 }
 
 }  // namespace
@@ -122,6 +153,10 @@ Outcome World::despawn(std::span<const BodyId> bodies) {
   std::erase_if(s.wrenches, [&](const ActiveWrench& active) {
     return std::binary_search(ids.begin(), ids.end(), active.wrench.body.value);
   });
+  std::erase_if(s.springs, [&](const Spring& spring) {
+    return std::binary_search(ids.begin(), ids.end(), spring.a.value) ||
+           std::binary_search(ids.begin(), ids.end(), spring.b.value);
+  });
   s.contacts.forget(ids);
   s.renumbered = true;
   return {};
@@ -190,6 +225,32 @@ Outcome World::set_gravity(const Vec3& gravity_W) {
   const Result result = validate_gravity(gravity_W);
   if (result == Result::ok) state_->gravity_W = to_eigen(gravity_W);
   return {result, {}, 0};
+}
+
+Outcome World::set_drag(BodyId body, const Drag& drag) {
+  State& s = *state_;
+  const auto i = s.bodies.slot(body);
+  if (!i) return refused(Result::unknown_body, 0);
+  if (s.bodies.kind[*i] != BodyKind::dynamic) return refused(Result::wrong_kind, 0);
+  const Result result = check_coefficients({drag.linear, drag.quadratic, drag.angular});
+  if (result == Result::ok) {
+    s.bodies.drag[*i] = drag;
+    s.renumbered = true;
+  }
+  return {result, {}, 0};
+}
+
+Outcome World::add_springs(std::span<const Spring> springs) {
+  State& s = *state_;
+  if (static_cast<std::int64_t>(s.springs.size() + springs.size()) > s.settings.wrenches_max) {
+    return refused(Result::over_quota, 0);
+  }
+  for (std::size_t k = 0; k < springs.size(); ++k) {
+    const Result result = check(s.bodies, springs[k]);
+    if (result != Result::ok) return refused(result, k);
+  }
+  s.springs.insert(s.springs.end(), springs.begin(), springs.end());
+  return {};
 }
 
 }  // namespace cradle

@@ -48,9 +48,21 @@ void quarantine_runaways(World::State& s) {
   }
 }
 
+void end_tick(World::State& s, std::size_t i, const Flight& end) {
+  BodyTable& bodies = s.bodies;
+  s.loads.course[i] = Course::moved;
+  bodies.v[i] = end.v;
+  bodies.w[i] = end.w;
+  if (check(end.x, end.q, end.v, end.w) != Result::ok) {
+    s.lost[i] = 1;
+    return;
+  }
+  bodies.x[i] = end.x;
+  bodies.q[i] = end.q;
+}
+
 void stop_unusable(World::State& s) {
   BodyTable& bodies = s.bodies;
-  s.lost.assign(bodies.size(), 0);
   for (std::size_t k = 0; k < s.moving.size(); ++k) {
     const auto i = static_cast<std::size_t>(s.moving[k]);
     if (check(bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]) == Result::ok) continue;

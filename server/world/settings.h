@@ -13,7 +13,8 @@ struct WorldSettings {
   int sub_steps = 4;            ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
-  std::string solver = "soft";  ///< a name of solver_names()
+  std::string solver = "soft";   ///< a name of solver_names()
+  std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()
   std::int64_t bodies_max = limits::kBodies;
   std::int64_t wrenches_max = limits::kWrenches;
 };

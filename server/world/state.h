@@ -7,6 +7,8 @@
 
 #include "server/collision/broad_phase.h"
 #include "server/dynamics/contact_solver.h"
+#include "server/dynamics/schemes/scheme.h"
+#include "server/dynamics/spring_step.h"
 #include "server/world/body_table.h"
 #include "server/world/contact_cache.h"
 #include "server/world/world.h"
@@ -25,6 +27,7 @@ struct World::State {
   std::int64_t next_id = 1;
   BodyTable bodies;
   std::vector<ActiveWrench> wrenches;
+  std::vector<Spring> springs;  ///< in order of arrival
   ContactCache contacts;
   std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
 
@@ -34,7 +37,8 @@ struct World::State {
   std::set<std::string> names;                    ///< of the bodies that have one
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ContactSolver> solver;
-  bool renumbered = true;  ///< slots have changed since the broad phase last saw them
+  const Scheme* scheme = nullptr;
+  bool renumbered = true;  ///< lists of slots must be made anew: bodies came, went or changed
   std::vector<Event> events;
   std::int64_t quarantined = 0;
   Loads loads;
@@ -50,6 +54,9 @@ struct World::State {
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
   std::vector<Vector> x_start;               ///< of `moving`, in their order
   std::vector<Rotation> q_start;
+  std::vector<std::int32_t> dragged;    ///< slots of bodies with drag, ascending
+  std::vector<std::uint8_t> is_sprung;  ///< by slot, in this tick, by a spring that acts; or empty
+  int springs_unconverged = 0;
   std::vector<std::uint8_t> lost;  ///< by slot: the step made no usable numbers
 
   BodyArrays arrays();
@@ -69,11 +76,13 @@ struct World::State {
     scalar("bodies_max", settings.bodies_max);
     scalar("wrenches_max", settings.wrenches_max);
     array("solver", settings.solver);
+    array("scheme", settings.scheme);
     scalar("gravity", gravity_W);
     scalar("tick", tick);
     scalar("next_id", next_id);
     bodies.for_each_array(array);
     array("wrenches", wrenches);
+    array("springs", springs);
     array("contact impulses", contacts.entries());
     array("geometries", geometry_digests);
   }
@@ -82,6 +91,8 @@ struct World::State {
 // The hash reads these as bytes: they must have no padding.
 static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
 static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
+static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
+static_assert(sizeof(Drag) == 3 * sizeof(double));
 static_assert(sizeof(CachedImpulse) == 3 * 8 + 4 * sizeof(double));
 static_assert(sizeof(Material) == 2 * sizeof(double));
 

@@ -9,6 +9,7 @@
 #include "server/collision/narrow_phase.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/edit.h"
+#include "server/world/springs.h"
 #include "server/world/state.h"
 
 namespace cradle {
@@ -35,9 +36,11 @@ World::State::State(const WorldSettings& s)
       dt(1 / s.rate_hz),
       gravity_W(to_eigen(s.gravity_W)),
       broad_phase(make_fcl_broad_phase()),
-      solver(make_contact_solver(s.solver)) {
+      solver(make_contact_solver(s.solver)),
+      scheme(find_scheme(s.scheme)) {
   assert(s.rate_hz > 0 && s.sub_steps >= 1);
   assert(solver != nullptr && "settings name a solver of solver_names()");
+  assert(scheme != nullptr && "settings name a scheme of scheme_names()");
 }
 
 BodyArrays World::State::arrays() {
@@ -73,6 +76,12 @@ World& World::operator=(World&&) noexcept = default;
 
 std::vector<std::string> solver_names() { return contact_solver_names(); }
 
+std::vector<std::string> scheme_names() {
+  std::vector<std::string> names;
+  for (const Scheme& scheme : schemes()) names.emplace_back(scheme.name);
+  return names;
+}
+
 Tick World::tick() const { return state_->tick; }
 const WorldSettings& World::settings() const { return state_->settings; }
 Vec3 World::gravity_W() const { return to_plain(state_->gravity_W); }
@@ -89,6 +98,9 @@ std::int64_t World::wrench_count() const {
 std::int64_t World::not_colliding_count() const {
   return std::count_if(state_->bodies.shape.begin(), state_->bodies.shape.end(),
                        [](const Shape& shape) { return !can_collide(shape.kind); });
+}
+std::int64_t World::spring_count() const {
+  return static_cast<std::int64_t>(state_->springs.size());
 }
 std::int64_t World::quarantined_count() const { return state_->quarantined; }
 
@@ -131,6 +143,7 @@ Totals World::totals() const {
     momentum += p;
     angular += bodies.x[i].cross(p) + bodies.q[i] * spin_P;
   }
+  totals.potential_energy_J += energy_of_springs(*state_);
   totals.momentum_Ns = to_plain(momentum);
   totals.angular_momentum_Nms = to_plain(angular);
   return totals;

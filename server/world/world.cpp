@@ -7,9 +7,10 @@
 
 #include "server/collision/bounds.h"
 #include "server/collision/narrow_phase.h"
-#include "server/dynamics/free_flight.h"
 #include "server/dynamics/rotation.h"
+#include "server/world/flight.h"
 #include "server/world/quarantine.h"
+#include "server/world/springs.h"
 #include "server/world/state.h"
 
 namespace cradle {
@@ -30,7 +31,6 @@ struct World::Steps {
   static void collide(State& s, Executor& executor);
   static void list_contacts(State& s);
   static void prepare(State& s);
-  static void fly_free(State& s, Executor& executor);
   static StepReport report(const State& s);
 };
 
@@ -39,6 +39,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   ++s.tick;
   if (observer != nullptr) observer->enter(Phase::collide);
   begin_tick(s.wrenches, s.gravity_W, s.bodies, s.loads);
+  s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
   Steps::find_pairs(s);
   Steps::collide(s, executor);
@@ -46,11 +47,13 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   if (observer != nullptr) observer->enter(Phase::solve);
   Steps::list_contacts(s);
   Steps::prepare(s);
+  move_with_springs(s);
+  add_drag(s);
   s.contacts.restore(s.bodies.id, s.constraints);
   s.solver->advance({s.dt, s.settings.sub_steps, s.moving, s.driven}, s.arrays(),
                     s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
-  Steps::fly_free(s, executor);
+  fly_free(s, executor);
   s.contacts.store(s.bodies.id, s.constraints);
   quarantine_unusable(s);
   return Steps::report(s);
@@ -79,7 +82,10 @@ void World::Steps::list_colliders(State& s) {
 
 /// Boxes that hold each body over the whole tick, and the pairs of them that overlap.
 void World::Steps::find_pairs(State& s) {
-  if (s.renumbered) list_colliders(s);
+  if (s.renumbered) {
+    list_colliders(s);
+    list_dragged(s);
+  }
   s.planes.clear();
   for (std::size_t k = 0; k < s.colliders.size(); ++k) {
     const std::size_t i = index(s.colliders[k]);
@@ -145,6 +151,7 @@ void World::Steps::list_contacts(State& s) {
     s.q_start.push_back(bodies.q[i]);
     if (s.loads.course[i] == Course::falls) s.loads.set_to_gravity(i, s.gravity_W);
     s.loads.torque_W[i] += bodies.q[i] * s.loads.torque_P[i];
+    s.loads.torque_P[i] = Vector::Zero();
     s.loads.course[i] = Course::touches;
   }
 }
@@ -164,14 +171,6 @@ void World::Steps::prepare(State& s) {
   }
 }
 
-/// All others that move: one exact step each.
-void World::Steps::fly_free(State& s, Executor& executor) {
-  const FlightTick tick{s.dt, s.gravity_W, s.settings.lanes};
-  const FlightArrays bodies = s.flight_arrays();
-  executor.for_ranges(static_cast<int>(s.bodies.size()),
-                      [&](int begin, int end) { fly_all(tick, bodies, begin, end); });
-}
-
 StepReport World::Steps::report(const State& s) {
   StepReport report;
   double sum = 0;
@@ -185,6 +184,7 @@ StepReport World::Steps::report(const State& s) {
   }
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
+  report.springs_unconverged = s.springs_unconverged;
   return report;
 }
 

@@ -17,6 +17,7 @@
 #include "protocol/command.h"
 #include "server/collision/executor.h"
 #include "server/collision/stored_geometry.h"
+#include "server/world/forces.h"
 #include "server/world/settings.h"
 
 namespace cradle {
@@ -35,13 +36,14 @@ struct StepReport {
   int contacts = 0;              ///< points with separation <= 0 at the tick's start
   double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
-  int bodies_in_contact = 0;  ///< that were sub-stepped
+  int bodies_in_contact = 0;    ///< that were sub-stepped
+  int springs_unconverged = 0;  ///< parts of the tick where the springs' equations were not solved
 };
 
 /// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.
 struct Totals {
   double kinetic_energy_J = 0;
-  double potential_energy_J = 0;  ///< in the present gravity, zero at the origin
+  double potential_energy_J = 0;  ///< in the present gravity, zero at the origin, and of springs
   Vec3 momentum_Ns;
   Vec3 angular_momentum_Nms;
 };
@@ -70,6 +72,12 @@ class World {
   Outcome clear_wrenches(std::span<const BodyId> bodies);
   Outcome set_motion(std::span<const Motion> motions);
   Outcome set_gravity(const Vec3& gravity_W);
+  /// Of a dynamic body, from the coming tick on. Coefficients are finite, 0 to limits::kWrenchMax.
+  Outcome set_drag(BodyId body, const Drag& drag);
+  /// Springs act until one of their bodies is removed. At least one end is a dynamic body, and the
+  /// ends are not the same body; numbers as for drag, points within limits::kPositionMax_m. At
+  /// most WorldSettings::wrenches_max.
+  Outcome add_springs(std::span<const Spring> springs);
 
   // --- time -------------------------------------------------------------------------------------
 
@@ -85,6 +93,7 @@ class World {
   std::int64_t body_count() const;
   std::int64_t awake_count() const;  ///< bodies that the next step may move by forces or contacts
   std::int64_t wrench_count() const;
+  std::int64_t spring_count() const;
   std::int64_t quarantined_count() const;  ///< since the start
   /// Bodies whose shape has no row in the pair table yet: they touch nothing.
   std::int64_t not_colliding_count() const;
@@ -120,5 +129,7 @@ class World {
 
 /// The contact solvers that WorldSettings::solver can name, the default first.
 std::vector<std::string> solver_names();
+/// The integration schemes that WorldSettings::scheme can name, the default first.
+std::vector<std::string> scheme_names();
 
 }  // namespace cradle

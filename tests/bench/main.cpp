@@ -9,6 +9,7 @@
 #include "server/thread_pool.h"
 #include "server/trace.h"
 #include "server/world/world.h"
+#include "tests/bench/precision_report.h"
 #include "tests/bench/report.h"
 
 namespace {
@@ -57,6 +58,7 @@ int main(int argc, char** argv) {
   Options options;
   std::string csv_file;
   bool only_list = false;
+  std::string report_folder;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
   app.add_option("scene", names, "Scenes by name, or all")->check(CLI::IsMember(scene_names()));
   app.add_option("--method", options.method, "Contact solver; default: what the scene says")
@@ -70,9 +72,14 @@ int main(int argc, char** argv) {
   app.add_option("--lanes", options.lanes, "Bodies that fly side by side; default: as many as go")
       ->check(CLI::IsMember(flight_lanes()));
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");
+  CLI::App* report = app.add_subcommand(
+      "report", "Work against precision of the schemes of free flight: data, diagrams, table");
+  report->add_option("DIR", report_folder, "Folder to write to; made if need be")->required();
   try {
     app.parse(argc, argv);
-    if (only_list) {
+    if (report->parsed()) {
+      write_precision_report(report_folder);
+    } else if (only_list) {
       list();
     } else if (names.empty()) {
       throw CLI::RequiredError("scene");
@@ -86,6 +93,8 @@ int main(int argc, char** argv) {
     return fail(error, kExitData);
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error, kExitNoInput);
+  } catch (const PlotError& error) {
+    return fail(error, kExitOutput);
   } catch (const OutputError& error) {
     return fail(error, kExitOutput);
   } catch (const std::exception& error) {

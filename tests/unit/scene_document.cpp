@@ -61,6 +61,7 @@ const std::map<std::string, std::string> kBefore = {
     {"[[body]]", "[[body]]\n"},
     {"[[body.part]]", "[[body]]\nshape = 'compound'\n[[body.part]]\n"},
     {"[[body.wrench]]", "[[body]]\nmass_kg = 1\n[[body.wrench]]\n"},
+    {"[[spring]]", "[[body]]\nname = 'one'\nmass_kg = 1\n[[spring]]\n"},
     {"[[lattice]]", "[[lattice]]\n"},
 };
 
@@ -111,9 +112,14 @@ bool is_same(const Scene& a, const Scene& b) {
     const MassDistribution m = mass_distribution(*g, 1), n = mass_distribution(*h, 1);
     return m.mass_kg == n.mass_kg && m.p_BoBcm == n.p_BoBcm && m.G == n.G;
   };
+  const auto is_same_spring = [](const SceneSpring& v, const SceneSpring& w) {
+    return v.a == w.a && v.b == w.b && v.spring == w.spring;
+  };
   return a.settings.rate_hz == b.settings.rate_hz && a.settings.sub_steps == b.settings.sub_steps &&
          a.settings.gravity_W == b.settings.gravity_W && a.settings.solver == b.settings.solver &&
-         a.bodies == b.bodies &&
+         a.settings.scheme == b.settings.scheme && a.bodies == b.bodies && a.drags == b.drags &&
+         std::equal(a.springs.begin(), a.springs.end(), b.springs.begin(), b.springs.end(),
+                    is_same_spring) &&
          std::equal(a.geometries.begin(), a.geometries.end(), b.geometries.begin(),
                     b.geometries.end(), is_same_geometry) &&
          std::equal(a.wrenches.begin(), a.wrenches.end(), b.wrenches.begin(), b.wrenches.end(),
@@ -124,7 +130,7 @@ bool is_same(const Scene& a, const Scene& b) {
 
 TEST_CASE("the document lists exactly the keys that the readers know") {
   const Document document = read_document();
-  CHECK(document.size() == 6);
+  CHECK(document.size() == 7);
   for (const auto& [heading, keys] : document) {
     CAPTURE(heading);
     std::set<std::string> documented;
@@ -148,6 +154,7 @@ TEST_CASE("every key demands the type that the document gives, and names its lin
       const bool is_of_any_part = key.name == "density_kgpm3" || key.name == "position_m" ||
                                   key.name == "orientation_wxyz" || key.name == "rotation_rad";
       if (heading == "[[body.part]]" && is_of_any_part) before = "shape = 'sphere'\nradius_m = 1\n";
+      if (heading == "[[spring]]" && key.name != "body_a") before += "body_a = 'one'\n";
       if (heading == "[[body.wrench]]" && key.name != "value") before += "value = [1, 0, 0]\n";
       const std::string all = heading == "Configuration" ? before : kBefore.at(heading) + before;
       const auto line = 1 + std::count(all.begin(), all.end(), '\n');
@@ -172,6 +179,7 @@ TEST_CASE("every default of the document is what a scene without the key gets") 
       }
       if (heading == "[[body.part]]") before += "shape = 'sphere'\nradius_m = 1\n";
       if (heading == "[[body.wrench]]") before += "value = [1, 0, 0]\n";
+      if (heading == "[[spring]]") before += "body_a = 'one'\n";
       if (heading == "[[lattice]]") {
         before += "count = [3, 3, 2]\npitch_m = [1, 1, 1]\n";
         if (key.name == "seed") before += "jitter_m = [1, 1, 1]\n";

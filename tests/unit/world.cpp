@@ -27,6 +27,15 @@ World busy_world() {
   wrench.duration = WrenchDuration::ticks;
   wrench.ticks = 1000;
   world.push(std::array{wrench});
+  world.set_drag(wrench.body, {0.1, 0.2, 0.3});
+  Spring spring;
+  spring.a = wrench.body;
+  spring.b = gone;
+  world.add_springs(std::array{spring});
+  spring.b = {};
+  spring.point_b = {-5, 0, 12};
+  spring.stiffness = 3;
+  world.add_springs(std::array{spring});
   steps(world, 20);
   world.despawn(std::array{gone});
   steps(world, 20);
@@ -60,8 +69,8 @@ TEST_CASE("flipping one bit of any part of the state changes the hash") {
     }
   }
   CHECK(world.hash() == before);
-  for (const char* needed : {"wrenches", "contact impulses", "next_id", "tick", "gravity", "x", "q",
-                             "v", "w", "quarantined", "id", "dt"}) {
+  for (const char* needed : {"wrenches", "springs", "drag", "scheme", "contact impulses", "next_id",
+                             "tick", "gravity", "x", "q", "v", "w", "quarantined", "id", "dt"}) {
     CAPTURE(needed);
     CHECK(std::count(names.begin(), names.end(), needed) == 1);
   }

@@ -1,0 +1,64 @@
+/// What acts on a body over a step, beside contacts: constant loads, drag, and springs to points of
+/// the world. Forces are functions of position, attitude and velocity; they do not depend on time
+/// within a step.
+#pragma once
+
+#include <span>
+
+#include "server/dynamics/free_flight.h"
+
+namespace cradle {
+
+/// Resistance of the medium, which is at rest in W. Zero: none. Not negative.
+struct Drag {
+  double linear = 0;     ///< kg/s: force -c1 v at Bcm
+  double quadratic = 0;  ///< kg/m: force -c2 |v| v at Bcm
+  double angular = 0;    ///< kg m^2/s: torque -c3 w
+  bool any() const { return linear != 0 || quadratic != 0 || angular != 0; }
+  friend bool operator==(const Drag&, const Drag&) = default;
+};
+
+/// A spring with damping from a point of the body to a point of the world.
+struct Anchor {
+  Vector point_B = Vector::Zero();  ///< m, from Bcm
+  Vector point_W = Vector::Zero();  ///< m
+  double stiffness = 0;             ///< N/m
+  double damping = 0;               ///< N s/m, along the spring
+  double rest_length = 0;           ///< m
+};
+
+struct FlightLoads {
+  Vector force_W = Vector::Zero();   ///< N, constant over the step; gravity is part of it
+  Vector torque_W = Vector::Zero();  ///< N m about Bcm, constant in W
+  Vector torque_B = Vector::Zero();  ///< N m about Bcm, turning with the body
+  Drag drag;
+  std::span<const Anchor> anchors;
+
+  bool depends_on_velocity() const {
+    for (const Anchor& anchor : anchors) {
+      if (anchor.damping != 0) return true;
+    }
+    return drag.any();
+  }
+};
+
+/// Mass, and principal moments about Bcm along the axes of B; zero moments: it turns with constant
+/// velocity.
+struct Inertia {
+  double mass = 1;                  ///< kg
+  Vector moments = Vector::Zero();  ///< J, kg m^2
+  bool turns() const { return !moments.isZero(0); }
+};
+
+struct Resistance {
+  Vector force_W;
+  Vector torque_W;
+};
+
+/// The drag on a body of these velocities (in W).
+inline Resistance resistance(const Drag& drag, const Vector& v, const Vector& w) {
+  const double speed = drag.quadratic == 0 ? 0 : v.norm();
+  return {-(drag.linear + drag.quadratic * speed) * v, -drag.angular * w};
+}
+
+}  // namespace cradle

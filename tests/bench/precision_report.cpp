@@ -1,0 +1,132 @@
+#include "tests/bench/precision_report.h"
+
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "server/trace.h"
+
+extern char** environ;
+
+namespace cradle::bench {
+namespace {
+
+constexpr std::array<double, 5> kErrors{1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
+
+template <class... Values>
+std::string formatted(const char* format, Values... values) {
+  std::array<char, 256> text;
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  Output output(path.string());
+  output.write(text);
+  output.finish();
+}
+
+/// Two diagrams of one case: error over time, and over counted work.
+std::string script(const PrecisionCase& which, std::span<const PrecisionCurve> curves) {
+  const std::string name(which.name);
+  std::string text =
+      "set terminal svg size 640,420 font 'sans,12' background 'white'\n"
+      "set logscale xy\nset format '10^{%T}'\nset grid\nset key outside right top\n"
+      "set datafile missing 'nan'\nset title '" +
+      name + ": " + std::string(which.about) +
+      "'\nset ylabel 'error: " + std::string(which.error_kind) + "'\nset yrange [1e-15:10]\n";
+  for (const auto& [file, column, label] :
+       {std::tuple{"time", "4", "ns a body and simulated second"},
+        {"work", "3", "evaluations of force and torque a simulated second"}}) {
+    text += "set output '" + name + "_" + file + ".svg'\nset xlabel '" + label + "'\nplot \\\n";
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      std::string title = curves[i].scheme;
+      for (char& c : title) c = c == '_' ? ' ' : c;
+      text += "  '" + name + ".dat' index " + std::to_string(i) + " using " + column +
+              ":($2 < 1e-15 ? 1e-15 : $2) with linespoints title '" + title + "'" +
+              (i + 1 < curves.size() ? ", \\\n" : "\n");
+    }
+  }
+  return text;
+}
+
+/// Runs gnuplot on the script, in its folder. False if there is no gnuplot.
+bool plot(const std::filesystem::path& folder, const std::string& name) {
+  // gnuplot resolves names from where it runs: its own cd comes first.
+  std::string program = "gnuplot", option = "-e", change = "cd '" + folder.string() + "'";
+  std::string file = name + ".gp";
+  std::array<char*, 5> arguments{program.data(), option.data(), change.data(), file.data(),
+                                 nullptr};
+  pid_t child = 0;
+  if (posix_spawnp(&child, "gnuplot", nullptr, nullptr, arguments.data(), environ) != 0) {
+    return false;
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return false;
+  if (status != 0) throw PlotError("gnuplot failed on " + (folder / file).string());
+  return true;
+}
+
+}  // namespace
+
+std::string data_text(std::span<const PrecisionCurve> curves) {
+  std::string text;
+  for (const PrecisionCurve& curve : curves) {
+    text += (text.empty() ? "# " : "\n\n# ") + curve.scheme + ": step_s error evaluations ns\n";
+    for (const PrecisionPoint& p : curve.points) {
+      const double error = std::isfinite(p.error) ? p.error : NAN;
+      text += formatted("%.6g %.6g %.6g %.4g\n", p.step_s, error, p.evaluations, p.ns);
+    }
+  }
+  return text;
+}
+
+std::string table_head() {
+  std::string head = "| case, kind of error |", line = "\n|---|";
+  for (const double error : kErrors) {
+    head += formatted(" %.0e |", error);
+    line += "---|";
+  }
+  return head + line + '\n';
+}
+
+std::string table_line(const PrecisionCase& which, std::span<const PrecisionCurve> curves) {
+  std::string text = "| " + std::string(which.name) + " " + std::string(which.error_kind) + " |";
+  for (const double error : kErrors) {
+    const Cheapest best = cheapest(curves, error);
+    text +=
+        best.scheme.empty()
+            ? std::string(" none |")
+            : " " + best.scheme +
+                  formatted(", %.3g ms: %.0f, ", 1e3 * best.point.step_s, best.point.evaluations) +
+                  formatted(best.point.ns < 1e5 ? "%.2g µs |" : "%.0f µs |", 1e-3 * best.point.ns);
+  }
+  return text + '\n';
+}
+
+void write_precision_report(const std::string& folder_name, double evaluations_max) {
+  const std::filesystem::path folder(folder_name);
+  std::filesystem::create_directories(folder);
+  std::string table = table_head();
+  for (const PrecisionCase& which : precision_cases()) {
+    const std::vector<PrecisionCurve> curves = sweep(which, evaluations_max);
+    const std::string name(which.name);
+    write(folder / (name + ".dat"), data_text(curves));
+    write(folder / (name + ".gp"), script(which, curves));
+    table += table_line(which, curves);
+  }
+  write(folder / "table.md", table);
+  for (const PrecisionCase& which : precision_cases()) {
+    if (plot(folder, std::string(which.name))) continue;
+    throw PlotError(
+        "no gnuplot (package gnuplot-nox): no diagrams; data, scripts and table are in " +
+        folder_name);
+  }
+}
+
+}  // namespace cradle::bench

@@ -22,6 +22,7 @@
 
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/explain.h"
 #include "server/log_line.h"
 #include "server/serve.h"
 #include "server/simulate.h"
@@ -93,11 +94,21 @@ void add_simulate(CLI::App& app, SimulateOptions& options) {
   simulate->add_option("--substeps", options.sub_steps, "Sub-steps a tick, instead of the scene's");
   simulate->add_option("--scheme", options.scheme, "Scheme of free flight, instead of the scene's")
       ->check(CLI::IsMember(scheme_names()));
+  simulate->add_flag("--full", options.is_full,
+                     "Every free body through every term, to compare with what explain says");
   simulate->add_option("--trace", options.trace, "All bodies after each tick (CSV); -: stdout");
   simulate->add_option("--summary", options.summary,
                        "What the run came to (JSON); -: stdout, also if there is no --trace");
   simulate->add_option("--threads", options.threads, "Threads to step with")->capture_default_str();
   simulate->footer(kExitCodes);
+}
+
+void add_explain(CLI::App& app, ExplainOptions& options) {
+  CLI::App* explain = app.add_subcommand(
+      "explain", "Tell what a scene's bodies do without, and how wrong that may be");
+  explain->add_option("SCENE", options.scene, "Scene (TOML)")->required();
+  explain->add_option("--duration", options.duration_s, "Simulated time, s")->capture_default_str();
+  explain->footer(kExitCodes);
 }
 
 void print_limits() {
@@ -186,6 +197,8 @@ int run(int argc, char** argv) {
   add_print_config(app, print_flags);
   add_check(app, checked);
   add_simulate(app, simulate_options);
+  ExplainOptions explain_options;
+  add_explain(app, explain_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& request) {
@@ -197,6 +210,10 @@ int run(int argc, char** argv) {
     return finish_output();
   }
   if (app.got_subcommand("check")) return check(checked);
+  if (app.got_subcommand("explain")) {
+    explain(explain_options);
+    return kExitOk;
+  }
   if (simulate_options.trace.empty() && simulate_options.summary.empty()) {
     simulate_options.summary = "-";
   }

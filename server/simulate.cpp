@@ -30,6 +30,7 @@ WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings
     settings.sub_steps = *options.sub_steps;
   }
   if (options.scheme) settings.scheme = *options.scheme;
+  settings.is_full = options.is_full;
   return settings;
 }
 
@@ -109,6 +110,11 @@ StepReport SceneRun::step(Executor& executor, StepObserver* observer) {
   return world_.step(executor, observer);
 }
 
+std::int64_t ticks_of(double duration_s, const WorldSettings& settings) {
+  check_range("--duration, in ticks", duration_s * settings.rate_hz, 0.5, 1e9);
+  return std::llround(duration_s * settings.rate_hz);
+}
+
 void simulate(const SimulateOptions& options) {
   check_range("--threads", options.threads, 1, ThreadPool::kThreadsMax);
   if (!options.trace.empty() && options.trace == options.summary) {
@@ -117,12 +123,11 @@ void simulate(const SimulateOptions& options) {
   }
   Scene scene = load_scene(options.scene);
   scene.settings = settings_of(options, scene.settings);
-  check_range("--duration, in ticks", options.duration_s * scene.settings.rate_hz, 0.5, 1e9);
   Summary summary;
   summary.scene = options.scene;
   summary.settings = scene.settings;
   summary.threads = options.threads;
-  summary.ticks = std::llround(options.duration_s * scene.settings.rate_hz);
+  summary.ticks = ticks_of(options.duration_s, scene.settings);
 
   SceneRun run(std::move(scene));
   std::optional<Trace> trace;

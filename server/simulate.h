@@ -45,6 +45,7 @@ struct SimulateOptions {
   std::optional<double> dt_s;         ///< instead of the scene's 1 / rate_hz
   std::optional<int> sub_steps;       ///< instead of the scene's
   std::optional<std::string> scheme;  ///< of scheme_names(), instead of the scene's
+  bool is_full = false;               ///< the full model, see WorldSettings
   std::string trace;                  ///< path of a CSV file, "-": standard output, empty: none
   std::string summary;                ///< path of a JSON file, likewise
   int threads = 1;
@@ -55,6 +56,9 @@ class OptionError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// A duration (s) in whole ticks. Throws OptionError if that is not 1 to 1e9.
+std::int64_t ticks_of(double duration_s, const WorldSettings& settings);
 
 /// Opens the outputs before the run. Throws what load_scene does, OptionError, and OutputError of
 /// trace.h.

@@ -50,4 +50,21 @@ double bounding_radius(const Shape& shape) {
   return std::numeric_limits<double>::infinity();
 }
 
+double bounding_radius(const StoredGeometry& geometry) {
+  double radius = 0;
+  const auto hold = [&radius](const std::vector<Vector>& vertices) {
+    for (const Vector& vertex : vertices) radius = std::fmax(radius, vertex.norm());
+  };
+  if (const auto* hull = std::get_if<ConvexHull>(&geometry.value)) hold(hull->vertices);
+  if (const auto* mesh = std::get_if<TriangleMesh>(&geometry.value)) hold(mesh->vertices);
+  if (const auto* compound = std::get_if<Compound>(&geometry.value)) {
+    for (const CompoundPart& part : compound->parts) {
+      const double own =
+          part.geometry ? bounding_radius(*part.geometry) : bounding_radius(part.shape);
+      radius = std::fmax(radius, part.p_BoPo.norm() + own);
+    }
+  }
+  return radius;
+}
+
 }  // namespace cradle

@@ -1,7 +1,7 @@
 /// Boxes around shapes.
 #pragma once
 
-#include "server/collision/geometry.h"
+#include "server/collision/stored_geometry.h"
 
 namespace cradle {
 
@@ -13,5 +13,7 @@ Aabb swept(const Aabb& box, const Vector& displacement, double margin);
 
 /// Radius of the ball about Bo that holds the shape, m; infinite for `half_space`.
 double bounding_radius(const Shape& shape);
+/// Likewise of a stored one.
+double bounding_radius(const StoredGeometry& geometry);
 
 }  // namespace cradle

@@ -44,38 +44,16 @@ double steps_for(double angle_rad) {
   return std::fmin(std::fmax(1.0, std::ceil(angle_rad / kStepAngle_rad)), kStepsMax);
 }
 
-/// How much a body turns in the tick, from its own state.
-enum Turn : std::uint8_t { none, steady, tumbling, tumbling_fast, twisted, kTurns };
-
-struct Need {
-  Turn turn = none;
-  double steps = 0;  ///< of the series
-};
-
-Need need_of(const FlightArrays& bodies, std::size_t i, double dt) {
-  const Course course = bodies.course[i];
-  const Vector& J = bodies.inertia[i];
-  const Vector& w = bodies.w[i];
-  const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
-  if (course == Course::pushed && !J.isZero(0)) {
-    const double torque = bodies.torque_W[i].norm() + bodies.torque_P[i].norm();
-    if (torque > 0) {
-      // No more than the torque can do in the tick, whatever the attitude.
-      const double speed = std::sqrt(speed2) + dt * torque * bodies.inverse_inertia[i].maxCoeff();
-      return {twisted, steps_for(dt * speed)};
-    }
-  }
-  if (speed2 == 0) return {none, 0};
-  const bool is_round = J.x() == J.y() && J.y() == J.z();
-  if (course == Course::driven || is_round) return {steady, 0};
-  if (speed2 * (dt * dt) <= kStepAngle_rad * kStepAngle_rad) return {tumbling, 1};
-  return {tumbling_fast, steps_for(dt * std::sqrt(speed2))};
+bool turns_freely(Course course, const Vector& J) {
+  return course != Course::driven && !J.isZero(0);
 }
+
+constexpr std::size_t kTurns = 5;
 
 FlightKernels::Kernel kernel_of(const FlightKernels& kernels, Turn turn) {
   const std::array<FlightKernels::Kernel, kTurns> all{
       kernels.straight, kernels.steady, kernels.tumbling, kernels.tumbling_fast, kernels.twisted};
-  return all[turn];
+  return all[static_cast<std::size_t>(turn)];
 }
 
 /// Bodies that need the same kernel; flown when there are enough, and at the end.
@@ -116,7 +94,8 @@ class Batch {
 using Batches = std::array<Batch, kTurns>;
 Batches batches(const FlightKernels& kernels, bool falls) {
   const auto one = [&](Turn turn) { return Batch(kernel_of(kernels, turn), kernels.lanes, falls); };
-  return {one(none), one(steady), one(tumbling), one(tumbling_fast), one(twisted)};
+  return {one(Turn::none), one(Turn::steady), one(Turn::tumbling), one(Turn::tumbling_fast),
+          one(Turn::twisted)};
 }
 
 /// Bodies under gravity alone, and others.
@@ -124,9 +103,9 @@ class Sorter {
  public:
   Sorter(const FlightTick& tick, const FlightArrays& bodies, const FlightPointers& pointers,
          const FlightKernels& kernels)
-      : bodies_(bodies),
+      : tick_(tick),
+        bodies_(bodies),
         pointers_(pointers),
-        dt_(tick.dt),
         falling_(batches(kernels, true)),
         others_(batches(kernels, false)) {}
 
@@ -134,8 +113,9 @@ class Sorter {
     const auto i = static_cast<std::size_t>(slot);
     const Course course = bodies_.course[i];
     if (course == Course::still || course >= Course::touches) return;
-    const Need need = need_of(bodies_, i, dt_);
-    (course == Course::falls ? falling_ : others_)[need.turn].add(pointers_, slot, need.steps);
+    const FlightNeed need = flight_need(tick_, bodies_, i);
+    Batches& batches = course == Course::falls ? falling_ : others_;
+    batches[static_cast<std::size_t>(need.turn)].add(pointers_, slot, need.steps);
   }
 
   void finish() {
@@ -144,9 +124,9 @@ class Sorter {
   }
 
  private:
+  const FlightTick& tick_;
   const FlightArrays& bodies_;
   const FlightPointers& pointers_;
-  double dt_;
   Batches falling_, others_;
 };
 
@@ -184,6 +164,27 @@ bool all_fall(std::span<const Course> course, int begin, int end) {
 
 }  // namespace
 
+FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::size_t i) {
+  const Course course = bodies.course[i];
+  const Vector& J = bodies.inertia[i];
+  const Vector& w = bodies.w[i];
+  const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
+  const double torque = course == Course::pushed && turns_freely(course, J)
+                            ? bodies.torque_W[i].norm() + bodies.torque_P[i].norm()
+                            : 0;
+  if (torque > 0 || (tick.full_steps > 0 && turns_freely(course, J))) {
+    // No more than the torque can do in the tick, whatever the attitude.
+    const double speed =
+        std::sqrt(speed2) + tick.dt * torque * bodies.inverse_inertia[i].maxCoeff();
+    return {Turn::twisted, std::fmax(tick.full_steps, steps_for(tick.dt * speed))};
+  }
+  if (speed2 == 0) return {Turn::none, 0};
+  const bool is_round = J.x() == J.y() && J.y() == J.z();
+  if (course == Course::driven || is_round) return {Turn::steady, 0};
+  if (speed2 * (tick.dt * tick.dt) <= kStepAngle_rad * kStepAngle_rad) return {Turn::tumbling, 1};
+  return {Turn::tumbling_fast, steps_for(tick.dt * std::sqrt(speed2))};
+}
+
 void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int end) {
   const FlightPointers pointers = pointers_to(tick, bodies);
   const FlightKernels& kernels = kernels_of(tick.lanes);
@@ -209,10 +210,10 @@ int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torqu
   const FlightArrays alone{one(course),   one(body.x),   one(body.q),  one(body.v),
                            one(body.w),   one(inertia),  one(inverse), one(acceleration),
                            one(torque_W), one(torque_P), one(lost)};
-  const Need need = need_of(alone, 0, dt);
+  const FlightTick tick{dt, Vector::Zero(), 1, 0};
+  const FlightNeed need = flight_need(tick, alone, 0);
   const std::int32_t slot = 0;
-  kernel_of(kFlightKernels1, need.turn)(pointers_to({dt, Vector::Zero(), 1}, alone),
-                                        {&slot, &need.steps, 1, false});
+  kernel_of(kFlightKernels1, need.turn)(pointers_to(tick, alone), {&slot, &need.steps, 1, false});
   return static_cast<int>(need.steps);
 }
 

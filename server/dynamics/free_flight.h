@@ -47,13 +47,36 @@ struct FlightArrays {
 struct FlightTick {
   double dt = 0;  ///< s
   Vector gravity_W = Vector::Zero();
-  int lanes = 0;  ///< bodies side by side: one of flight_lanes(), or 0 for the most
+  int lanes = 0;          ///< bodies side by side: one of flight_lanes(), or 0 for the most
+  double full_steps = 0;  ///< above 0, the full model: see flight_need
 };
 
+/// How much of the rotation's equations a body needs.
+enum class Turn : std::uint8_t {
+  none,           ///< it does not turn
+  steady,         ///< it turns at constant angular velocity: no gyroscopic term
+  tumbling,       ///< freely, in one step
+  tumbling_fast,  ///< freely, in several steps
+  twisted         ///< under torques
+};
+
+struct FlightNeed {
+  Turn turn = Turn::none;
+  double steps = 0;  ///< of the series in the tick, whole; 0 without series
+};
+
+/// Steps of the full model for one that the fastest body takes.
+inline constexpr double kFullModel = 4;
+
+/// What fly_all gives to body `i`, by the body's own state alone. In the full model every body with
+/// moments goes through the whole series with torque, in `full_steps` steps or more.
+FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::size_t i);
+
 /// Moves the bodies [begin, end) that fly through a tick with constant acceleration and torque.
-/// Each gets what its own state asks for: a body without angular velocity no rotation, one with
-/// equal moments no gyroscopic term, one without torque no series of it, a fast one more steps.
-/// Results do not depend on lanes, on range or on other bodies.
+/// Each gets what flight_need says: a body without angular velocity no rotation, one with equal
+/// moments no gyroscopic term, one without torque no series of it, a fast one more steps. Results
+/// do not depend on lanes, on range or on other bodies. In the full model no body may be
+/// Course::falls.
 ///
 /// A body that would leave the limits of limits.h, or whose numbers are no longer finite, stays
 /// where it was, its velocities show what went wrong, and it is marked in `lost`.

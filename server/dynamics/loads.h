@@ -27,6 +27,20 @@ struct Anchor {
   double rest_length = 0;           ///< m
 };
 
+/// What one wrench does to a body: a force-like one as (force, torque), an impulse-like one as
+/// (impulse, angular impulse), about Bcm. The linear part is in W; the angular one is, too, unless
+/// all of it was given in the body's frame.
+struct Resultant {
+  Vector linear = Vector::Zero();
+  Vector angular = Vector::Zero();
+  bool is_impulse = false;
+  bool angular_in_P = false;  ///< it turns with the body
+  // Whence: angular is arm x linear, if there is an arm.
+  Vector arm_W = Vector::Zero();  ///< m, from Bcm
+  bool arm_turns = false;         ///< with the body
+  bool linear_turns = false;      ///< with the body, from tick to tick
+};
+
 struct FlightLoads {
   Vector force_W = Vector::Zero();   ///< N, constant over the step; gravity is part of it
   Vector torque_W = Vector::Zero();  ///< N m about Bcm, constant in W

@@ -1,5 +1,7 @@
 #include "server/world/flight.h"
 
+#include <algorithm>
+
 #include "server/dynamics/free_flight.h"
 #include "server/dynamics/schemes/scheme.h"
 #include "server/world/quarantine.h"
@@ -22,6 +24,45 @@ void fly_alone(World::State& s, std::size_t i) {
   Work work;
   s.scheme->advance(body, {bodies.mass[i], bodies.inertia[i]}, loads, s.dt, work);
   end_tick(s, i, body);
+}
+
+/// In the full model all that moves does so by loads of its own, at one rate.
+FlightTick flight_tick(World::State& s) {
+  FlightTick tick{s.dt, s.gravity_W, s.settings.lanes, 0};
+  if (!s.settings.is_full) return tick;
+  double most = 1;
+  for (std::size_t i = 0; i < s.bodies.size(); ++i) {
+    if (s.loads.course[i] == Course::falls) {
+      s.loads.set_to_gravity(i, s.gravity_W);
+      s.loads.course[i] = Course::pushed;
+    }
+    if (s.loads.course[i] != Course::pushed) continue;
+    most = std::max(most, flight_need(tick, s.flight_arrays(), i).steps);
+  }
+  tick.full_steps = kFullModel * most;
+  return tick;
+}
+
+void keep_accounts(World::State& s, const FlightTick& tick) {
+  const BodyTable& b = s.bodies;
+  s.accounts.resize(b.size());
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    FlightAccount& account = s.accounts[i];
+    account = {};
+    account.course = s.loads.course[i];
+    account.start = {b.x[i], b.q[i], b.v[i], b.w[i]};
+    account.mass = b.mass[i];
+    account.inertia = b.inertia[i];
+    account.offset_m = b.p_BoBcm[i].norm();
+    if (account.course >= Course::touches) continue;
+    account.need = flight_need(tick, s.flight_arrays(), i);
+    if (account.course != Course::pushed) continue;
+    account.torque_W = s.loads.torque_W[i];
+    account.torque_P = s.loads.torque_P[i];
+  }
+  for (const Loads::OfBody& one : s.loads.resultants) {
+    s.accounts[static_cast<std::size_t>(one.slot)].resultants.push_back(one.resultant);
+  }
 }
 
 }  // namespace
@@ -61,7 +102,8 @@ void fly_free(World::State& s, Executor& executor) {
   } else {
     for (const std::int32_t slot : s.dragged) fly_alone(s, static_cast<std::size_t>(slot));
   }
-  const FlightTick tick{s.dt, s.gravity_W, s.settings.lanes};
+  const FlightTick tick = flight_tick(s);
+  if (s.keeps_accounts) keep_accounts(s, tick);
   const FlightArrays bodies = s.flight_arrays();
   executor.for_ranges(static_cast<int>(s.bodies.size()),
                       [&](int begin, int end) { fly_all(tick, bodies, begin, end); });

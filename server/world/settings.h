@@ -15,6 +15,9 @@ struct WorldSettings {
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
   std::string solver = "soft";   ///< a name of solver_names()
   std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()
+  /// The full model: each free body goes through every term of its equations, at four times the
+  /// rate that the fastest of them needs. To compare with; `cradled explain` bounds the difference.
+  bool is_full = false;
   std::int64_t bodies_max = limits::kBodies;
   std::int64_t wrenches_max = limits::kWrenches;
 };

@@ -57,7 +57,9 @@ struct World::State {
   std::vector<std::int32_t> dragged;    ///< slots of bodies with drag, ascending
   std::vector<std::uint8_t> is_sprung;  ///< by slot, in this tick, by a spring that acts; or empty
   int springs_unconverged = 0;
-  std::vector<std::uint8_t> lost;  ///< by slot: the step made no usable numbers
+  bool keeps_accounts = false;
+  std::vector<FlightAccount> accounts;  ///< by slot, of the last step, if kept
+  std::vector<std::uint8_t> lost;       ///< by slot: the step made no usable numbers
 
   BodyArrays arrays();
   FlightArrays flight_arrays();
@@ -73,6 +75,7 @@ struct World::State {
     };
     scalar("dt", dt);
     scalar("sub_steps", settings.sub_steps);
+    scalar("is_full", settings.is_full);
     scalar("bodies_max", settings.bodies_max);
     scalar("wrenches_max", settings.wrenches_max);
     array("solver", settings.solver);

@@ -102,6 +102,8 @@ std::int64_t World::not_colliding_count() const {
 std::int64_t World::spring_count() const {
   return static_cast<std::int64_t>(state_->springs.size());
 }
+void World::keep_accounts() { state_->loads.keeps_resultants = state_->keeps_accounts = true; }
+std::span<const FlightAccount> World::accounts() const { return state_->accounts; }
 std::int64_t World::quarantined_count() const { return state_->quarantined; }
 
 void World::snapshot(std::vector<BodyState>& states) const {

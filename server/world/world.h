@@ -48,6 +48,19 @@ struct Totals {
   Vec3 angular_momentum_Nms;
 };
 
+/// How a body was moved in a step, and from where.
+struct FlightAccount {
+  Course course = Course::still;
+  FlightNeed need;                   ///< of bodies that flew
+  Flight start;                      ///< at the beginning of the flight, impulses included
+  double mass = 0;                   ///< kg
+  Vector inertia = Vector::Zero();   ///< principal moments, kg m^2
+  double offset_m = 0;               ///< of Bcm from Bo
+  Vector torque_W = Vector::Zero();  ///< N m, as FlightArrays
+  Vector torque_P = Vector::Zero();
+  std::vector<Resultant> resultants;  ///< of the wrenches that acted
+};
+
 class World {
  public:
   struct State;  ///< state.h; for the files of this folder
@@ -109,6 +122,11 @@ class World {
 
   /// What happened since the last call: spawned, removed, quarantined. Event::client is 0.
   std::vector<Event> take_events();
+
+  /// From the next step on, accounts() tells how each body was moved, in ascending order of ids. It
+  /// costs time and memory, and changes nothing.
+  void keep_accounts();
+  std::span<const FlightAccount> accounts() const;
 
   Totals totals() const;
 

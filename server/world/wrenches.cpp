@@ -16,15 +16,14 @@ Course course_of(const BodyTable& bodies, std::size_t i) {
 }
 
 /// An impulse to the velocities, a force to the loads.
-void add(const Wrench& wrench, BodyTable& bodies, std::size_t i, Loads& loads) {
-  const Resultant load = resultant(wrench, bodies, i);
+void add(const Resultant& load, BodyTable& bodies, std::size_t i, Loads& loads) {
   if (!load.is_impulse) {
     loads.acceleration[i] += bodies.inverse_mass[i] * load.linear;
-    (load.turns_with_body ? loads.torque_P : loads.torque_W)[i] += load.angular;
+    (load.angular_in_P ? loads.torque_P : loads.torque_W)[i] += load.angular;
     return;
   }
   const Rotation& q = bodies.q[i];
-  const Vector angular_P = load.turns_with_body ? load.angular : q.conjugate() * load.angular;
+  const Vector angular_P = load.angular_in_P ? load.angular : q.conjugate() * load.angular;
   bodies.v[i] += bodies.inverse_mass[i] * load.linear;
   bodies.w[i] += q * angular_P.cwiseProduct(bodies.inverse_inertia[i]);
 }
@@ -40,21 +39,35 @@ Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i
   const bool is_couple = wrench.quantity == WrenchQuantity::torque ||
                          wrench.quantity == WrenchQuantity::angular_impulse;
   const Vector arm_B = to_eigen(wrench.point) - bodies.p_BoBcm[i];  // of a body point
+  Resultant load;
+  load.is_impulse = is_impulse;
+  load.linear_turns = wrench.frame == WrenchFrame::body && !is_couple;
   if (wrench.frame == WrenchFrame::body) {
     // What has direction and point in B turns the body by a torque that is constant in B, and in P.
     const Rotation q_PB = bodies.q_BP[i].conjugate();
-    if (is_couple) return {Vector::Zero(), q_PB * value, is_impulse, true};
-    if (wrench.point_kind == WrenchPoint::body_point) {
-      return {q_WB * value, q_PB * arm_B.cross(value), is_impulse, true};
+    const bool has_point_in_B = wrench.point_kind == WrenchPoint::body_point;
+    load.angular_in_P = is_couple || has_point_in_B;
+    if (is_couple) {
+      load.angular = q_PB * value;
+      return load;
     }
-    value = q_WB * value;
+    load.linear = q_WB * value;
+    if (has_point_in_B) load.angular = q_PB * arm_B.cross(value);
+    if (load.angular_in_P) return load;
+    value = load.linear;
   }
-  if (is_couple) return {Vector::Zero(), value, is_impulse, false};
-
-  Vector arm = Vector::Zero();
-  if (wrench.point_kind == WrenchPoint::world_point) arm = to_eigen(wrench.point) - bodies.x[i];
-  if (wrench.point_kind == WrenchPoint::body_point) arm = q_WB * arm_B;
-  return {value, arm.cross(value), is_impulse, false};
+  if (is_couple) {
+    load.angular = value;
+    return load;
+  }
+  load.linear = value;
+  if (wrench.point_kind == WrenchPoint::world_point) {
+    load.arm_W = to_eigen(wrench.point) - bodies.x[i];
+  }
+  if (wrench.point_kind == WrenchPoint::body_point) load.arm_W = q_WB * arm_B;
+  load.arm_turns = wrench.point_kind == WrenchPoint::body_point;
+  load.angular = load.arm_W.cross(value);
+  return load;
 }
 
 void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, BodyTable& bodies,
@@ -64,6 +77,7 @@ void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, Bo
   loads.torque_W.resize(bodies.size());
   loads.torque_P.resize(bodies.size());
   loads.pushed.clear();
+  loads.resultants.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     loads.course[i] = course_of(bodies, i);
     if (loads.course[i] == Course::driven) loads.set_to_gravity(i, Vector::Zero());
@@ -75,7 +89,9 @@ void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, Bo
       loads.pushed.push_back(static_cast<std::int32_t>(i));
       loads.set_to_gravity(i, gravity_W);
     }
-    add(active.wrench, bodies, i, loads);
+    const Resultant load = resultant(active.wrench, bodies, i);
+    if (loads.keeps_resultants) loads.resultants.push_back({static_cast<std::int32_t>(i), load});
+    add(load, bodies, i, loads);
     if (active.ticks_left != kUntilCleared) --active.ticks_left;
   }
   std::sort(loads.pushed.begin(), loads.pushed.end());

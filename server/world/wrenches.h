@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "server/dynamics/free_flight.h"
+#include "server/dynamics/loads.h"
 #include "server/world/body_table.h"
 
 namespace cradle {
@@ -24,6 +24,12 @@ struct Loads {
   std::vector<Vector> torque_W;      ///< N m, about Bcm: the part that is constant in W
   std::vector<Vector> torque_P;      ///< N m, in P: the part that turns with the body
   std::vector<std::int32_t> pushed;  ///< slots that a wrench acts on, ascending
+  bool keeps_resultants = false;
+  struct OfBody {
+    std::int32_t slot;
+    Resultant resultant;
+  };
+  std::vector<OfBody> resultants;  ///< of this tick, if kept, in the order of the wrenches
 
   /// Gravity and nothing else.
   void set_to_gravity(std::size_t i, const Vector& gravity_W) {
@@ -32,15 +38,7 @@ struct Loads {
   }
 };
 
-/// The effect of one wrench on the body in slot `i` now: a force-like one as (force, torque), an
-/// impulse-like one as (impulse, angular impulse), about Bcm. The linear part is in W; the angular
-/// one is, too, unless all of it was given in the body's frame.
-struct Resultant {
-  Vector linear = Vector::Zero();
-  Vector angular = Vector::Zero();
-  bool is_impulse = false;
-  bool turns_with_body = false;  ///< `angular` is in P
-};
+/// The effect of one wrench on the body in slot `i` now.
 Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i);
 
 /// Applies this tick's impulses to the velocities and gathers its forces, gravity included, into

@@ -1,0 +1,185 @@
+#include "server/explain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "server/collision/bounds.h"
+#include "server/collision/narrow_phase.h"
+#include "server/trace.h"
+
+namespace cradle {
+namespace {
+
+struct Words {
+  const char* what;
+  const char* why;
+};
+constexpr std::array<Words, kOmissions> kWords{{
+    {"rotation", "no angular velocity and no torque"},
+    {"gyroscopic term", "equal principal moments, or driven"},
+    {"torque series", "no torque"},
+    {"smaller steps", "order 6 at its own rate, whatever others need"},
+    {"sub-steps", "no contact: one step is exact for a constant force"},
+    {"collision", "no shape, or none that collides"},
+}};
+
+/// Farthest point of the body from Bo, m.
+double reach(const BodySpec& body, std::span<const GeometryPointer> geometries) {
+  switch (body.shape.kind) {
+    case ShapeKind::hull:
+    case ShapeKind::mesh:
+    case ShapeKind::compound:
+      return bounding_radius(*geometries[static_cast<std::size_t>(body.shape.parameters[0]) - 1]);
+    default:
+      return bounding_radius(body.shape);
+  }
+}
+
+FlightSample sample_of(const FlightAccount& account, double dt, double full_steps) {
+  FlightSample sample;
+  sample.dt = dt;
+  sample.need = account.need;
+  sample.start = account.start;
+  sample.mass = account.mass;
+  sample.inertia = account.inertia;
+  sample.torque_W = account.torque_W;
+  sample.torque_P = account.torque_P;
+  sample.resultants = account.resultants;
+  sample.full_steps = full_steps;
+  return sample;
+}
+
+bool flies(Course course) {
+  return course == Course::driven || course == Course::falls || course == Course::pushed;
+}
+
+}  // namespace
+
+Explanation::Explanation(SceneRun& run) : run_(run) {
+  run.world().keep_accounts();
+  const Scene& scene = run.scene();
+  for (const BodySpec& spec : scene.bodies) {
+    Body& body = bodies_.emplace_back();
+    body.reach_m = reach(spec, scene.geometries);
+    const bool collides = spec.shape.kind != ShapeKind::none && can_collide(spec.shape.kind);
+    body.does_without[static_cast<std::size_t>(Omission::contact)] = !collides;
+  }
+}
+
+void Explanation::step(Executor& executor) {
+  run_.step(executor);
+  const std::span<const FlightAccount> accounts = run_.world().accounts();
+  double most = 1;
+  for (const FlightAccount& account : accounts) most = std::max(most, account.need.steps);
+  steps_most_ = std::max(steps_most_, most);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    look(bodies_[i], accounts[i], kFullModel * most);
+  }
+}
+
+void Explanation::look(Body& body, const FlightAccount& account, double full_steps) {
+  body.offset_m = account.offset_m;
+  body.place_m = account.start.x.norm();
+  body.touched = body.touched || account.course == Course::touches;
+  body.was_alone = body.was_alone || account.course == Course::moved;
+  if (!flies(account.course)) return;
+  const auto leave_out = [&](Omission omission) {
+    body.does_without[static_cast<std::size_t>(omission)] = true;
+  };
+  const Turn turn = account.need.turn;
+  leave_out(Omission::sub_steps);
+  if (turn == Turn::none) leave_out(Omission::rotation);
+  if (turn == Turn::steady) leave_out(Omission::gyroscopic_term);
+  if (turn == Turn::tumbling || turn == Turn::tumbling_fast) leave_out(Omission::torque_series);
+  if (account.need.steps > 0) leave_out(Omission::common_rate);
+  if (!body.is_bounded() || account.course == Course::driven) return;
+
+  body.error.fly(sample_of(account, 1 / run_.world().settings().rate_hz, full_steps));
+}
+
+bool Explanation::bound(std::size_t i, Bound& bound) const {
+  const Body& body = bodies_[i];
+  bound.angle_rad = body.error.angle_rad();
+  bound.distance_m = body.error.distance_m() + (body.reach_m + body.offset_m) * bound.angle_rad;
+  // Bo is where Bcm is, less a turned vector: rounded at the size of the place.
+  constexpr double kRounding = std::numeric_limits<double>::epsilon();
+  if (body.offset_m > 0) bound.distance_m += 2 * kRounding * (body.place_m + body.offset_m);
+  return body.is_bounded();
+}
+
+std::array<Saving, kOmissions> Explanation::savings() const {
+  // What is left out exactly has no error: the rest is the same to the last bit.
+  constexpr std::array kInexact{Omission::rotation, Omission::gyroscopic_term,
+                                Omission::common_rate};
+  std::array<Saving, kOmissions> savings;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Bound of_body;
+    const bool is_bounded = bound(i, of_body);
+    for (std::size_t k = 0; k < kOmissions; ++k) {
+      if (!bodies_[i].does_without[k]) continue;
+      ++savings[k].bodies;
+      const auto omission = static_cast<Omission>(k);
+      const bool is_exact = std::find(kInexact.begin(), kInexact.end(), omission) == kInexact.end();
+      if (!is_bounded || is_exact) continue;
+      savings[k].distance_m = std::max(savings[k].distance_m, of_body.distance_m);
+      savings[k].angle_rad = std::max(savings[k].angle_rad, of_body.angle_rad);
+    }
+  }
+  return savings;
+}
+
+std::int64_t Explanation::touching() const {
+  return std::count_if(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.touched; });
+}
+
+std::int64_t Explanation::one_by_one() const {
+  return std::count_if(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.was_alone; });
+}
+
+std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks) {
+  std::string text;
+  const auto add = [&text](const char* format, const auto&... values) {
+    char line[200];
+    std::snprintf(line, sizeof line, format, values...);
+    text += line;
+  };
+  const WorldSettings& settings = run.world().settings();
+  add("%zu bodies, %lld ticks of %g ms\n\n", run.scene().bodies.size(),
+      static_cast<long long>(ticks), 1000 / settings.rate_hz);
+  add("%-16s %8s %9s %9s  %s\n", "left out", "bodies", "m", "rad", "why");
+  const auto savings = explanation.savings();
+  for (std::size_t k = 0; k < kOmissions; ++k) {
+    if (savings[k].bodies == 0) continue;
+    add("%-16s %8lld %9.1e %9.1e  %s\n", kWords[k].what, static_cast<long long>(savings[k].bodies),
+        savings[k].distance_m, savings[k].angle_rad, kWords[k].why);
+  }
+  add("\nm, rad: how far any point and the attitude may end from those of the full model, in "
+      "which\n"
+      "every free body goes through every term of its equations in at least %g steps a tick.\n",
+      kFullModel * explanation.steps_most());
+  if (explanation.touching() > 0) {
+    add("%lld bodies came into contact and are sub-stepped there: no bound.\n",
+        static_cast<long long>(explanation.touching()));
+  }
+  if (explanation.one_by_one() > 0) {
+    add("%lld bodies move one by one, with drag, springs or the scheme %s: nothing is left out.\n",
+        static_cast<long long>(explanation.one_by_one()), settings.scheme.c_str());
+  }
+  return text;
+}
+
+void explain(const ExplainOptions& options) {
+  Scene scene = load_scene(options.scene);
+  const std::int64_t ticks = ticks_of(options.duration_s, scene.settings);
+  SceneRun run(std::move(scene));
+  Explanation explanation(run);
+  SerialExecutor executor;
+  for (std::int64_t tick = 0; tick < ticks; ++tick) explanation.step(executor);
+  Output output("-");
+  output.write(to_text(explanation, run, ticks));
+  output.finish();
+}
+
+}  // namespace cradle

@@ -1,0 +1,76 @@
+/// `cradled explain`: what the scene's bodies do without, why, and how wrong that may be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/dynamics/flight_error.h"
+#include "server/simulate.h"
+
+namespace cradle {
+
+/// What a body can do without.
+enum class Omission { rotation, gyroscopic_term, torque_series, common_rate, sub_steps, contact };
+inline constexpr std::size_t kOmissions = 6;
+
+/// One of them, over a run.
+struct Saving {
+  std::int64_t bodies = 0;  ///< that did without it, in some tick or in all
+  double distance_m = 0;    ///< bound, of any point of any of them, at the end
+  double angle_rad = 0;     ///< likewise, of the attitude
+};
+
+/// Follows a run tick by tick. Bodies that come into contact are counted, and no longer bounded
+/// from then on; so are those that move one by one: with drag, springs or another scheme.
+class Explanation {
+ public:
+  /// `run` must not have begun; it outlives this.
+  explicit Explanation(SceneRun& run);
+
+  /// One tick.
+  void step(Executor& executor);
+
+  std::array<Saving, kOmissions> savings() const;
+
+  /// Bounds of one body of the scene; false if it has none.
+  struct Bound {
+    double distance_m, angle_rad;
+  };
+  bool bound(std::size_t body, Bound& bound) const;
+
+  std::int64_t touching() const;  ///< bodies that were in contact
+  std::int64_t one_by_one() const;
+  double steps_most() const { return steps_most_; }  ///< of any free body in a tick
+
+ private:
+  struct Body {
+    std::array<bool, kOmissions> does_without{};
+    bool touched = false, was_alone = false;
+    double reach_m = 0;   // farthest point from Bo
+    double offset_m = 0;  // of Bcm from Bo
+    double place_m = 0;   // of Bcm from the world's origin
+    FlightError error;
+    bool is_bounded() const { return !touched && !was_alone; }
+  };
+
+  void look(Body& body, const FlightAccount& account, double full_steps);
+
+  SceneRun& run_;
+  std::vector<Body> bodies_;
+  double steps_most_ = 1;
+};
+
+/// The table for people, of a run of `ticks`.
+std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks);
+
+struct ExplainOptions {
+  std::string scene;      ///< path
+  double duration_s = 1;  ///< rounded to whole ticks, 1 or more
+};
+
+/// Runs the scene and writes the table to standard output. Throws as `simulate`.
+void explain(const ExplainOptions& options);
+
+}  // namespace cradle

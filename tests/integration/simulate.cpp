@@ -259,4 +259,22 @@ TEST_CASE("the flag --print-limits prints every limit of limits.h") {
   CHECK(limits > 20);  // or the pattern found nothing
 }
 
+TEST_CASE("the hash is the same where libm may not use what this machine has") {
+  // glibc picks sin, cos, exp by the machine; a step that called one would have other bits
+  // elsewhere.
+  const std::vector<std::string> tail{"simulate", scene("demo.toml"), "--duration",
+                                      "1",        "--summary",        "-"};
+  std::vector<std::string> plain{"cradled"};
+  std::vector<std::string> masked{"/usr/bin/env",
+                                  "GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX2_Usable",
+                                  CRADLE_BIN_DIR "/cradled"};
+  plain.insert(plain.end(), tail.begin(), tail.end());
+  masked.insert(masked.end(), tail.begin(), tail.end());
+  const Finished here = run(plain);
+  const Finished elsewhere = run(masked);
+  REQUIRE(here.exit_code == 0);
+  REQUIRE(elsewhere.exit_code == 0);
+  CHECK(json_value(here.output, "hash") == json_value(elsewhere.output, "hash"));
+}
+
 }  // namespace cradle

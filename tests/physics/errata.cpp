@@ -1,5 +1,5 @@
 // The errata of the seed paper (Rueth, "Rigid Body Physics", II.A to II.C) that concern motion: a
-// test each, which fails with the printed form. Those of mass and of contact are elsewhere.
+// test each, which fails with the printed form. Those of mass and contact: errata_contact.cpp.
 #include <catch2/catch.hpp>
 
 #include "tests/physics/schemes.h"

@@ -56,6 +56,8 @@ std::string_view to_string(Result result) {
       return "bad_wrench";
     case Result::wrong_kind:
       return "wrong_kind";
+    case Result::out_of_plane:
+      return "out_of_plane";
     case Result::timed_out:
       return "timed_out";
     case Result::no_world:

@@ -221,7 +221,7 @@ bool Daemon::apply_due(bool is_stepping) {
 
 void Daemon::tell(Event&& event) {
   const ShapeKind shape = event.shape.kind;
-  if (event.kind == EventKind::spawned && !can_collide(shape) &&
+  if (event.kind == EventKind::spawned && !run_.world().can_collide(shape) &&
       not_colliding_told_.insert(shape).second) {
     not_colliding_log_.write(
         now_us(), {{"shape", word_of(shape)}, {"body", event.body.value}, {"name", event.name}});

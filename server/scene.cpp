@@ -10,6 +10,7 @@
 #include "server/scene_forces.h"
 #include "server/scene_lattice.h"
 #include "server/scene_shapes.h"
+#include "server/world/plane.h"
 #include "server/world/world.h"
 
 namespace cradle {
@@ -17,8 +18,8 @@ namespace {
 
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
 constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
-constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps", "gravity_mps2", "solver",
-                                           "scheme"};
+constexpr std::string_view kWorldKeys[] = {"rate_hz",      "sub_steps", "planar",
+                                           "gravity_mps2", "solver",    "scheme"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -87,6 +88,14 @@ void read_name(const TomlTable& table, std::string_view key, const std::vector<s
   table.refuse(key, "\"" + name + "\" is none of " + known);
 }
 
+/// Refuses the table, or its key, unless there is no fault.
+void refuse(const TomlTable& table, std::string_view fault) {
+  if (!fault.empty()) table.refuse(std::string(fault));
+}
+void refuse(const TomlTable& table, std::string_view key, std::string_view fault) {
+  if (!fault.empty()) table.refuse(key, std::string(fault));
+}
+
 WorldSettings read_settings(const TomlTable& table) {
   WorldSettings settings;
   table.read("rate_hz", settings.rate_hz);
@@ -97,8 +106,11 @@ WorldSettings read_settings(const TomlTable& table) {
   if (settings.sub_steps < 1 || settings.sub_steps > limits::kSubStepsMax) {
     require(table, "sub_steps", Result::out_of_range);
   }
+  table.read("planar", settings.is_planar);
+  if (settings.is_planar) settings.gravity_W = {0, -9.81, 0};
   table.read("gravity_mps2", settings.gravity_W);
   require(table, "gravity_mps2", validate_gravity(settings.gravity_W));
+  if (settings.is_planar) refuse(table, "gravity_mps2", out_of_plane_gravity(settings.gravity_W));
   read_name(table, "solver", solver_names(), settings.solver);
   read_name(table, "scheme", scheme_names(), settings.scheme);
   return settings;
@@ -142,10 +154,13 @@ class SceneReader {
     for (const TomlTable& entry : root_.tables("body", kBodyKeys)) {
       const TomlTable table = entry.about(description(entry));
       const BodySpec body = read_body(table);
-      add(table, body, read_drag(table, body.kind), read_wrenches(table));
+      const Wrenches wrenches = read_wrenches(table);
+      if (is_planar()) require_in_plane(table, "", body, wrenches);
+      add(table, body, read_drag(table, body.kind), wrenches);
     }
     for (const TomlTable& table : root_.tables("spring", kSpringKeys)) {
       scene_.springs.push_back(read_spring(table, scene_.bodies));
+      if (is_planar()) refuse(table, out_of_plane(scene_.springs.back().spring));
     }
     for (const TomlTable& table : root_.tables("lattice", kLatticeKeys)) add_lattice(table);
     scene_.geometries = shapes_.take_geometries();
@@ -163,6 +178,21 @@ class SceneReader {
     body.read("name", name);
     if (name.empty()) return "body " + std::to_string(scene_.bodies.size() + 1);
     return "body \"" + name + "\"";
+  }
+
+  bool is_planar() const { return scene_.settings.is_planar; }
+
+  /// `prefix` says which body of the table it is.
+  void require_in_plane(const TomlTable& table, const std::string& prefix, const BodySpec& body,
+                        const Wrenches& wrenches) const {
+    MassProperties mass;
+    const Result result = mass_properties(body, shapes_.mass_of(body.shape), mass);
+    if (result != Result::ok) return;  // told by its key
+    std::string_view fault = out_of_plane(body, mass);
+    for (const TimedWrench& timed : wrenches) {
+      if (fault.empty()) fault = out_of_plane(timed.wrench);
+    }
+    if (!fault.empty()) table.refuse(prefix + std::string(fault));
   }
 
   BodySpec read_body(const TomlTable& table) {
@@ -257,9 +287,9 @@ class SceneReader {
     std::size_t turn = 0;
     for (BodySpec& body : bodies_of(lattice)) {
       const Result result = validate(body);
-      if (result != Result::ok) {
-        table.refuse("its body number " + std::to_string(turn) + ": " + reason(result));
-      }
+      const std::string number = "its body number " + std::to_string(turn) + ": ";
+      if (result != Result::ok) table.refuse(number + reason(result));
+      if (is_planar()) require_in_plane(table, number, body, wrenches[turn % wrenches.size()]);
       const std::size_t which = turn++ % wrenches.size();
       add(table, std::move(body), drags[which], wrenches[which]);
     }

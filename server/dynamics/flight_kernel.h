@@ -41,11 +41,14 @@ struct FlightKernels {
   /// `lanes` bodies in a row that fall, if all of them tumble by at most `step_angle` (rad) in the
   /// tick; else nothing, and false.
   bool (*tumble_row)(const FlightPointers&, std::int32_t first, double step_angle);
+  /// Likewise in a planar world, if all of them turn and lie in the plane.
+  bool (*planar_row)(const FlightPointers&, std::int32_t first);
   Kernel straight;       ///< nothing
   Kernel steady;         ///< at constant angular velocity
   Kernel tumbling;       ///< freely, in one step: `steps` is not read
   Kernel tumbling_fast;  ///< freely
   Kernel twisted;        ///< under torques
+  Kernel planar;         ///< about z alone, in the plane z = 0: `steps` is not read
 };
 
 extern const FlightKernels kFlightKernels1, kFlightKernels2;

@@ -48,11 +48,19 @@ bool turns_freely(Course course, const Vector& J) {
   return course != Course::driven && !J.isZero(0);
 }
 
-constexpr std::size_t kTurns = 5;
+/// Of a body in a planar world.
+Turn turn_in_plane(const FlightArrays& bodies, std::size_t i) {
+  const bool is_pushed = bodies.course[i] == Course::pushed && bodies.inverse_inertia[i].z() != 0;
+  const bool is_twisted = is_pushed && (bodies.torque_W[i].z() != 0 || bodies.torque_P[i].z() != 0);
+  return is_twisted || bodies.w[i].z() != 0 ? Turn::planar : Turn::none;
+}
+
+constexpr std::size_t kTurns = 6;
 
 FlightKernels::Kernel kernel_of(const FlightKernels& kernels, Turn turn) {
   const std::array<FlightKernels::Kernel, kTurns> all{
-      kernels.straight, kernels.steady, kernels.tumbling, kernels.tumbling_fast, kernels.twisted};
+      kernels.straight,      kernels.steady,  kernels.tumbling,
+      kernels.tumbling_fast, kernels.twisted, kernels.planar};
   return all[static_cast<std::size_t>(turn)];
 }
 
@@ -95,7 +103,7 @@ using Batches = std::array<Batch, kTurns>;
 Batches batches(const FlightKernels& kernels, bool falls) {
   const auto one = [&](Turn turn) { return Batch(kernel_of(kernels, turn), kernels.lanes, falls); };
   return {one(Turn::none), one(Turn::steady), one(Turn::tumbling), one(Turn::tumbling_fast),
-          one(Turn::twisted)};
+          one(Turn::twisted), one(Turn::planar)};
 }
 
 /// Bodies under gravity alone, and others.
@@ -165,6 +173,9 @@ bool all_fall(std::span<const Course> course, int begin, int end) {
 }  // namespace
 
 FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::size_t i) {
+  // A half-space in a planar world has z_B in the plane: it is driven as in space.
+  const bool lies_in_plane = tick.is_planar && bodies.q[i].x() == 0 && bodies.q[i].y() == 0;
+  if (lies_in_plane && tick.full_steps == 0) return {turn_in_plane(bodies, i), 0};
   const Course course = bodies.course[i];
   const Vector& J = bodies.inertia[i];
   const Vector& w = bodies.w[i];
@@ -191,8 +202,11 @@ void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int 
   Sorter sorter(tick, bodies, pointers, kernels);
   for (int slot = begin; slot < end;) {
     const int next = std::min(slot + kernels.lanes, end);
-    if (next - slot < kernels.lanes || !all_fall(bodies.course, slot, next) ||
-        !kernels.tumble_row(pointers, slot, kStepAngle_rad)) {
+    const bool is_row = next - slot == kernels.lanes && all_fall(bodies.course, slot, next);
+    const bool has_flown =
+        is_row && (tick.is_planar ? kernels.planar_row(pointers, slot)
+                                  : kernels.tumble_row(pointers, slot, kStepAngle_rad));
+    if (!has_flown) {
       for (int i = slot; i < next; ++i) sorter.add(i);
     }
     slot = next;
@@ -210,7 +224,7 @@ int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torqu
   const FlightArrays alone{one(course),   one(body.x),   one(body.q),  one(body.v),
                            one(body.w),   one(inertia),  one(inverse), one(acceleration),
                            one(torque_W), one(torque_P), one(lost)};
-  const FlightTick tick{dt, Vector::Zero(), 1, 0};
+  const FlightTick tick{dt, Vector::Zero(), 1, 0, false};
   const FlightNeed need = flight_need(tick, alone, 0);
   const std::int32_t slot = 0;
   kernel_of(kFlightKernels1, need.turn)(pointers_to(tick, alone), {&slot, &need.steps, 1, false});

@@ -49,6 +49,7 @@ struct FlightTick {
   Vector gravity_W = Vector::Zero();
   int lanes = 0;          ///< bodies side by side: one of flight_lanes(), or 0 for the most
   double full_steps = 0;  ///< above 0, the full model: see flight_need
+  bool is_planar = false;  ///< bodies lie in z = 0, move in it and turn about z; loads likewise
 };
 
 /// How much of the rotation's equations a body needs.
@@ -57,7 +58,8 @@ enum class Turn : std::uint8_t {
   steady,         ///< it turns at constant angular velocity: no gyroscopic term
   tumbling,       ///< freely, in one step
   tumbling_fast,  ///< freely, in several steps
-  twisted         ///< under torques
+  twisted,        ///< under torques
+  planar          ///< in a planar world, under torques or not, in one step
 };
 
 struct FlightNeed {
@@ -74,8 +76,8 @@ FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::
 
 /// Moves the bodies [begin, end) that fly through a tick with constant acceleration and torque.
 /// Each gets what flight_need says: a body without angular velocity no rotation, one with equal
-/// moments no gyroscopic term, one without torque no series of it, a fast one more steps. Results
-/// do not depend on lanes, on range or on other bodies. In the full model no body may be
+/// moments no gyroscopic term, one without torque no series of it, a fast one more steps, one
+/// in the plane x, y and an angle. Results do not depend on lanes, on range or on other bodies. In the full model no body may be
 /// Course::falls.
 ///
 /// A body that would leave the limits of limits.h, or whose numbers are no longer finite, stays

@@ -10,6 +10,7 @@
 #include "protocol/validate.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/geometry_digest.h"
+#include "server/world/plane.h"
 
 namespace cradle {
 namespace {
@@ -38,6 +39,18 @@ Result find_stored(const World::State& s, const Shape& shape, const MassDistribu
   if (number < 1 || number > s.geometries.size()) return Result::bad_shape;
   if (s.geometries[number - 1]->kind() != shape.kind) return Result::bad_shape;
   found = &s.geometry_masses[number - 1];
+  return Result::ok;
+}
+
+/// What a body of this specification weighs in this world.
+Result find_mass(const World::State& s, const BodySpec& spec, MassProperties& mass) {
+  const MassDistribution* stored = nullptr;
+  Result result = validate(spec);
+  if (result == Result::ok) result = find_stored(s, spec.shape, stored);
+  if (result == Result::ok) result = mass_properties(spec, stored, mass);
+  if (result != Result::ok || !s.settings.is_planar) return result;
+  if (!out_of_plane(spec, mass).empty()) return Result::out_of_plane;
+  mass = planar(mass);
   return Result::ok;
 }
 
@@ -116,10 +129,7 @@ Outcome World::spawn(std::span<const BodySpec> specs) {
   }
   std::vector<MassProperties> masses(specs.size());
   for (std::size_t k = 0; k < specs.size(); ++k) {
-    const MassDistribution* stored = nullptr;
-    Result result = validate(specs[k]);
-    if (result == Result::ok) result = find_stored(s, specs[k].shape, stored);
-    if (result == Result::ok) result = mass_properties(specs[k], stored, masses[k]);
+    const Result result = find_mass(s, specs[k], masses[k]);
     if (result != Result::ok) return refused(result, k);
   }
   if (const Outcome names = check_names(s, specs); names.result != Result::ok) return names;
@@ -127,6 +137,7 @@ Outcome World::spawn(std::span<const BodySpec> specs) {
   const BodyId first{s.next_id};
   for (std::size_t k = 0; k < specs.size(); ++k) {
     s.bodies.append(s.next_id++, specs[k], masses[k]);
+    if (s.settings.is_planar) keep_in_plane(s.bodies, s.bodies.size() - 1);
     if (!specs[k].name.empty()) s.names.insert(specs[k].name);
     s.events.push_back(event_of(s, s.bodies.size() - 1, EventKind::spawned));
     s.events.back().tick = s.tick + 1;
@@ -173,6 +184,9 @@ Outcome World::push(std::span<const Wrench> wrenches) {
     const auto i = s.bodies.slot(wrenches[k].body);
     if (!i) return refused(Result::unknown_body, k);
     if (!s.bodies.is_moving(*i)) return refused(Result::wrong_kind, k);
+    if (s.settings.is_planar && !out_of_plane(wrenches[k]).empty()) {
+      return refused(Result::out_of_plane, k);
+    }
   }
   for (const Wrench& wrench : wrenches) {
     Tick ticks = 1;
@@ -205,6 +219,9 @@ Outcome World::set_motion(std::span<const Motion> motions) {
     if (s.bodies.kind[*i] == BodyKind::fixed && motions[k].sets_velocity) {
       return refused(Result::wrong_kind, k);
     }
+    if (s.settings.is_planar && !out_of_plane(motions[k], s.bodies.shape[*i].kind).empty()) {
+      return refused(Result::out_of_plane, k);
+    }
   }
   for (const Motion& motion : motions) {
     const std::size_t i = *s.bodies.slot(motion.body);
@@ -216,13 +233,18 @@ Outcome World::set_motion(std::span<const Motion> motions) {
       s.bodies.v[i] = to_eigen(motion.v_WBcm);
       s.bodies.w[i] = to_eigen(motion.w_WB);
     }
+    if (s.settings.is_planar) keep_in_plane(s.bodies, i);
     if (motion.sets_pose && motion.sets_velocity) s.bodies.quarantined[i] = 0;
   }
   return {};
 }
 
 Outcome World::set_gravity(const Vec3& gravity_W) {
-  const Result result = validate_gravity(gravity_W);
+  Result result = validate_gravity(gravity_W);
+  if (result == Result::ok && state_->settings.is_planar &&
+      !out_of_plane_gravity(gravity_W).empty()) {
+    result = Result::out_of_plane;
+  }
   if (result == Result::ok) state_->gravity_W = to_eigen(gravity_W);
   return {result, {}, 0};
 }
@@ -246,7 +268,10 @@ Outcome World::add_springs(std::span<const Spring> springs) {
     return refused(Result::over_quota, 0);
   }
   for (std::size_t k = 0; k < springs.size(); ++k) {
-    const Result result = check(s.bodies, springs[k]);
+    Result result = check(s.bodies, springs[k]);
+    if (result == Result::ok && s.settings.is_planar && !out_of_plane(springs[k]).empty()) {
+      result = Result::out_of_plane;
+    }
     if (result != Result::ok) return refused(result, k);
   }
   s.springs.insert(s.springs.end(), springs.begin(), springs.end());

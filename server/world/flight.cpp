@@ -28,7 +28,7 @@ void fly_alone(World::State& s, std::size_t i) {
 
 /// In the full model all that moves does so by loads of its own, at one rate.
 FlightTick flight_tick(World::State& s) {
-  FlightTick tick{s.dt, s.gravity_W, s.settings.lanes, 0};
+  FlightTick tick{s.dt, s.gravity_W, s.settings.lanes, 0, s.settings.is_planar};
   if (!s.settings.is_full) return tick;
   double most = 1;
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {

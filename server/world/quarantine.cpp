@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "server/world/edit.h"
+#include "server/world/plane.h"
 
 namespace cradle {
 namespace {
@@ -48,8 +49,9 @@ void quarantine_runaways(World::State& s) {
   }
 }
 
-void end_tick(World::State& s, std::size_t i, const Flight& end) {
+void end_tick(World::State& s, std::size_t i, Flight end) {
   BodyTable& bodies = s.bodies;
+  if (s.settings.is_planar) keep_in_plane(end);
   s.loads.course[i] = Course::moved;
   bodies.v[i] = end.v;
   bodies.w[i] = end.w;
@@ -65,6 +67,7 @@ void stop_unusable(World::State& s) {
   BodyTable& bodies = s.bodies;
   for (std::size_t k = 0; k < s.moving.size(); ++k) {
     const auto i = static_cast<std::size_t>(s.moving[k]);
+    if (s.settings.is_planar) keep_in_plane(bodies, i);
     if (check(bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]) == Result::ok) continue;
     bodies.x[i] = s.x_start[k];
     bodies.q[i] = s.q_start[k];

@@ -12,7 +12,7 @@ void quarantine_runaways(World::State& s);
 
 /// Gives a body that does not touch its state at the tick's end. With a number that is not finite,
 /// or beyond the limits, it stays where it was and is marked lost.
-void end_tick(World::State& s, std::size_t i, const Flight& end);
+void end_tick(World::State& s, std::size_t i, Flight end);
 
 /// After the solver: bodies in contact with a number that is not finite, or beyond the limits, go
 /// back to where they were, as those in flight do, and are marked lost; nobody else is.

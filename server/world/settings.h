@@ -11,7 +11,8 @@ namespace cradle {
 struct WorldSettings {
   double rate_hz = 60;          ///< ticks a second; dt = 1 / rate
   int sub_steps = 4;            ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
-  Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
+  Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2; without z in a planar world
+  bool is_planar = false;       ///< bodies stay in z = 0 and turn about z: see plane.h
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
   std::string solver = "soft";   ///< a name of solver_names()
   std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "server/dynamics/rotation.h"
+#include "server/world/plane.h"
 #include "server/world/quarantine.h"
 
 namespace cradle {
@@ -112,7 +113,8 @@ class Group {
 
   void give_back(std::size_t i, const SpringBody& body) {
     BodyTable& b = s_.bodies;
-    const Flight& end = body.flight;
+    Flight end = body.flight;
+    if (s_.settings.is_planar) keep_in_plane(end);
     if (s_.loads.course[i] != Course::touches) return end_tick(s_, i, end);
     // The mean force includes drag.
     s_.loads.acceleration[i] = (end.v - b.v[i]) / s_.dt;

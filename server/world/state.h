@@ -6,6 +6,8 @@
 #include <string>
 
 #include "server/collision/broad_phase.h"
+#include "server/collision/narrow_phase.h"
+#include "server/collision/planar_pairs.h"
 #include "server/dynamics/contact_solver.h"
 #include "server/dynamics/schemes/scheme.h"
 #include "server/dynamics/spring_step.h"
@@ -61,6 +63,9 @@ struct World::State {
   std::vector<FlightAccount> accounts;  ///< by slot, of the last step, if kept
   std::vector<std::uint8_t> lost;       ///< by slot: the step made no usable numbers
 
+  bool can_collide(ShapeKind kind) const {
+    return settings.is_planar ? can_collide_in_plane(kind) : cradle::can_collide(kind);
+  }
   BodyArrays arrays();
   FlightArrays flight_arrays();
 
@@ -76,6 +81,7 @@ struct World::State {
     scalar("dt", dt);
     scalar("sub_steps", settings.sub_steps);
     scalar("is_full", settings.is_full);
+    scalar("is_planar", settings.is_planar);
     scalar("bodies_max", settings.bodies_max);
     scalar("wrenches_max", settings.wrenches_max);
     array("solver", settings.solver);

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <utility>
 
-#include "server/collision/narrow_phase.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/edit.h"
 #include "server/world/springs.h"
@@ -39,6 +38,7 @@ World::State::State(const WorldSettings& s)
       solver(make_contact_solver(s.solver)),
       scheme(find_scheme(s.scheme)) {
   assert(s.rate_hz > 0 && s.sub_steps >= 1);
+  assert((!s.is_planar || s.gravity_W.z == 0) && "gravity of a planar world lies in it");
   assert(solver != nullptr && "settings name a solver of solver_names()");
   assert(scheme != nullptr && "settings name a scheme of scheme_names()");
 }
@@ -95,9 +95,10 @@ std::int64_t World::awake_count() const {
 std::int64_t World::wrench_count() const {
   return static_cast<std::int64_t>(state_->wrenches.size());
 }
+bool World::can_collide(ShapeKind kind) const { return state_->can_collide(kind); }
 std::int64_t World::not_colliding_count() const {
   return std::count_if(state_->bodies.shape.begin(), state_->bodies.shape.end(),
-                       [](const Shape& shape) { return !can_collide(shape.kind); });
+                       [this](const Shape& shape) { return !can_collide(shape.kind); });
 }
 std::int64_t World::spring_count() const {
   return static_cast<std::int64_t>(state_->springs.size());

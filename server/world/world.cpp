@@ -69,7 +69,7 @@ void World::Steps::list_colliders(State& s) {
   s.colliders.clear();
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     const ShapeKind kind = s.bodies.shape[i].kind;
-    if (kind != ShapeKind::none && can_collide(kind)) {
+    if (kind != ShapeKind::none && s.can_collide(kind)) {
       s.colliders.push_back(static_cast<std::int32_t>(i));
     }
   }
@@ -110,14 +110,15 @@ void World::Steps::find_pairs(State& s) {
 /// One manifold a pair, also for what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
   s.manifolds.resize(s.pairs.size());
-  executor.for_ranges(static_cast<int>(s.pairs.size()), [&s](int begin, int end) {
+  const auto collide = s.settings.is_planar ? collide_in_plane : cradle::collide;
+  executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const auto [a, b] = s.pairs[index(k)];
       const std::size_t A = index(a);
       const std::size_t B = index(b);
       const double margin = kSpeculativeMargin_m + s.dt * (s.bodies.v[B] - s.bodies.v[A]).norm();
       s.manifolds[index(k)] =
-          cradle::collide(s.bodies.shape[A], s.poses[A], s.bodies.shape[B], s.poses[B], margin);
+          collide(s.bodies.shape[A], s.poses[A], s.bodies.shape[B], s.poses[B], margin);
     }
   });
 }

@@ -108,6 +108,8 @@ class World {
   std::int64_t wrench_count() const;
   std::int64_t spring_count() const;
   std::int64_t quarantined_count() const;  ///< since the start
+  /// True for `none`, too, which wants no contact.
+  bool can_collide(ShapeKind kind) const;
   /// Bodies whose shape has no row in the pair table yet: they touch nothing.
   std::int64_t not_colliding_count() const;
 

@@ -21,6 +21,8 @@ constexpr Case kCases[] = {
      "rotational energy, relative", "100 000 free bodies without shapes"},
     {"T4m", "bench_free_million.toml", 40.0 / 60, kTenTicks_s, drift_of_rotational_energy,
      "rotational energy, relative", "a million of them"},
+    {"T4p", "bench_free_planar.toml", 110.0 / 60, kTenTicks_s, drift_of_rotational_energy,
+     "rotational energy, relative", "100 000 of them in a planar world"},
     {"A1", "bench_projectile.toml", 10, kTenTicks_s, distance_from_parabola,
      "max distance from the parabola, m", "a projectile"},
     {"A2", "bench_torque_free.toml", 60, kTenTicks_s, drift_of_tumbling,

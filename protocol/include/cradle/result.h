@@ -38,6 +38,7 @@ enum class Result : std::int32_t {
   bad_rotation = 39,  ///< a quaternion without length
   bad_wrench = 40,    ///< fields that contradict each other
   wrong_kind = 41,    ///< this kind of body cannot do that (a force on a static body)
+  out_of_plane = 42,  ///< the world is planar, and this leaves z = 0 or turns about another axis
 
   timed_out = 100,        ///< no answer in the time given
   no_world = 101,         ///< no heartbeat of such a world

@@ -87,7 +87,8 @@ struct BodyTable {
   /// Where Bo and B are.
   BodyFrame frame(std::size_t i) const {
     if (is_offset[i] == 0) return {x[i], q[i]};
-    const Rotation q_WB = q[i] * q_BP[i].conjugate();
+    // A product with no turn would do, but for the signs of zeros in a planar world.
+    const Rotation q_WB = q_BP[i].w() == 1 ? q[i] : q[i] * q_BP[i].conjugate();
     return {x[i] - q_WB * p_BoBcm[i], q_WB};
   }
   /// Puts Bo and B there; `B.q_WB` has unit length.

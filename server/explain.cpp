@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "server/collision/bounds.h"
-#include "server/collision/narrow_phase.h"
 #include "server/trace.h"
 
 namespace cradle {
@@ -20,6 +19,7 @@ constexpr std::array<Words, kOmissions> kWords{{
     {"rotation", "no angular velocity and no torque"},
     {"gyroscopic term", "equal principal moments, or driven"},
     {"torque series", "no torque"},
+    {"third dimension", "a planar world: x, y and an angle"},
     {"smaller steps", "order 6 at its own rate, whatever others need"},
     {"sub-steps", "no contact: one step is exact for a constant force"},
     {"collision", "no shape, or none that collides"},
@@ -63,7 +63,8 @@ Explanation::Explanation(SceneRun& run) : run_(run) {
   for (const BodySpec& spec : scene.bodies) {
     Body& body = bodies_.emplace_back();
     body.reach_m = reach(spec, scene.geometries);
-    const bool collides = spec.shape.kind != ShapeKind::none && can_collide(spec.shape.kind);
+    const bool collides =
+        spec.shape.kind != ShapeKind::none && run.world().can_collide(spec.shape.kind);
     body.does_without[static_cast<std::size_t>(Omission::contact)] = !collides;
   }
 }
@@ -93,6 +94,7 @@ void Explanation::look(Body& body, const FlightAccount& account, double full_ste
   if (turn == Turn::none) leave_out(Omission::rotation);
   if (turn == Turn::steady) leave_out(Omission::gyroscopic_term);
   if (turn == Turn::tumbling || turn == Turn::tumbling_fast) leave_out(Omission::torque_series);
+  if (turn == Turn::planar) leave_out(Omission::third_dimension);
   if (account.need.steps > 0) leave_out(Omission::common_rate);
   if (!body.is_bounded() || account.course == Course::driven) return;
 
@@ -112,7 +114,7 @@ bool Explanation::bound(std::size_t i, Bound& bound) const {
 std::array<Saving, kOmissions> Explanation::savings() const {
   // What is left out exactly has no error: the rest is the same to the last bit.
   constexpr std::array kInexact{Omission::rotation, Omission::gyroscopic_term,
-                                Omission::common_rate};
+                                Omission::third_dimension, Omission::common_rate};
   std::array<Saving, kOmissions> savings;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     Bound of_body;

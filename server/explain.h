@@ -12,8 +12,16 @@
 namespace cradle {
 
 /// What a body can do without.
-enum class Omission { rotation, gyroscopic_term, torque_series, common_rate, sub_steps, contact };
-inline constexpr std::size_t kOmissions = 6;
+enum class Omission {
+  rotation,
+  gyroscopic_term,
+  torque_series,
+  third_dimension,
+  common_rate,
+  sub_steps,
+  contact
+};
+inline constexpr std::size_t kOmissions = 7;
 
 /// One of them, over a run.
 struct Saving {

@@ -58,9 +58,9 @@ Turn turn_in_plane(const FlightArrays& bodies, std::size_t i) {
 constexpr std::size_t kTurns = 6;
 
 FlightKernels::Kernel kernel_of(const FlightKernels& kernels, Turn turn) {
-  const std::array<FlightKernels::Kernel, kTurns> all{
-      kernels.straight,      kernels.steady,  kernels.tumbling,
-      kernels.tumbling_fast, kernels.twisted, kernels.planar};
+  const std::array<FlightKernels::Kernel, kTurns> all{kernels.straight, kernels.steady,
+                                                      kernels.tumbling, kernels.tumbling_fast,
+                                                      kernels.twisted,  kernels.planar};
   return all[static_cast<std::size_t>(turn)];
 }
 
@@ -102,8 +102,8 @@ class Batch {
 using Batches = std::array<Batch, kTurns>;
 Batches batches(const FlightKernels& kernels, bool falls) {
   const auto one = [&](Turn turn) { return Batch(kernel_of(kernels, turn), kernels.lanes, falls); };
-  return {one(Turn::none), one(Turn::steady), one(Turn::tumbling), one(Turn::tumbling_fast),
-          one(Turn::twisted), one(Turn::planar)};
+  return {one(Turn::none),          one(Turn::steady),  one(Turn::tumbling),
+          one(Turn::tumbling_fast), one(Turn::twisted), one(Turn::planar)};
 }
 
 /// Bodies under gravity alone, and others.

@@ -47,8 +47,8 @@ struct FlightArrays {
 struct FlightTick {
   double dt = 0;  ///< s
   Vector gravity_W = Vector::Zero();
-  int lanes = 0;          ///< bodies side by side: one of flight_lanes(), or 0 for the most
-  double full_steps = 0;  ///< above 0, the full model: see flight_need
+  int lanes = 0;           ///< bodies side by side: one of flight_lanes(), or 0 for the most
+  double full_steps = 0;   ///< above 0, the full model: see flight_need
   bool is_planar = false;  ///< bodies lie in z = 0, move in it and turn about z; loads likewise
 };
 
@@ -77,8 +77,8 @@ FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::
 /// Moves the bodies [begin, end) that fly through a tick with constant acceleration and torque.
 /// Each gets what flight_need says: a body without angular velocity no rotation, one with equal
 /// moments no gyroscopic term, one without torque no series of it, a fast one more steps, one
-/// in the plane x, y and an angle. Results do not depend on lanes, on range or on other bodies. In the full model no body may be
-/// Course::falls.
+/// in the plane x, y and an angle. Results do not depend on lanes, on range or on other bodies. In
+/// the full model no body may be Course::falls.
 ///
 /// A body that would leave the limits of limits.h, or whose numbers are no longer finite, stays
 /// where it was, its velocities show what went wrong, and it is marked in `lost`.

@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "server/collision/planar_pairs.h"
+#include "server/dynamics/contact_constraint.h"
+#include "server/world/plane.h"
 #include "tests/physics/planar.h"
 
 namespace cradle {
@@ -148,6 +150,30 @@ TEST_CASE("a kinematic slope and kinematic boxes carry bodies in the plane") {
   CHECK(state(world, body).p_WBo.y == Approx(1.5).margin(0.01));
   const Rotation turned = to_eigen(state(world, ramp).q_WB);
   CHECK(turned._transformVector(Vector::UnitZ()).x() == Approx(-std::sin(0.02)).epsilon(1e-9));
+}
+
+TEST_CASE("the rows of a contact in the plane know its freedoms alone") {
+  // A corner 0.5 m aside of and 0.3 m below the centre: in space the tangent along z, which turns
+  // the box with an arm of 0.58 m, would make friction work in smaller steps.
+  MassProperties mass;
+  REQUIRE(mass_properties(brick({0.5, 0.3, 0.2}, {}), nullptr, mass) == Result::ok);
+  const MassProperties flat_mass = planar(mass);
+  const double J = (0.5 * 0.5 + 0.3 * 0.3) / 3;
+  CHECK(flat_mass.inertia_kgm2.z() == Approx(J).epsilon(1e-14));
+
+  std::vector<Vector> x{Vector::Zero(), {0, 0.3, 0}}, still(2, Vector::Zero());
+  std::vector<Rotation> q(2, Rotation::Identity());
+  const std::vector<double> inverse_mass{0, flat_mass.inverse_mass};
+  const std::vector<Matrix> inverse_inertia{
+      Matrix::Zero(), rotated_diagonal(Matrix::Identity(), flat_mass.inverse_inertia)};
+  const BodyArrays bodies{x, q, still, still, inverse_mass, {}, {}, {}, {}};
+  Manifold manifold;
+  manifold.normal_W = Vector::UnitY();
+  manifold.count = 1;
+  manifold.points[0].p_W = {0.5, 0, 0};
+  const ContactConstraint c = make_constraint(manifold, 0, 1, bodies, inverse_inertia);
+  CHECK(c.points[0].K_normal == Approx(1 + 0.25 / J).epsilon(1e-14));
+  CHECK(c.points[0].K_tangent == Approx(1 + 0.09 / J).epsilon(1e-14));
 }
 
 TEST_CASE("boxes thinner than they overlap part in the plane") {

@@ -213,6 +213,7 @@ TEST_CASE("nothing ever leaves the plane") {
       BodySpec spec = random_planar_body(random);
       spec.p_WBo = {uniform(random, -4, 4), uniform(random, 0, 6), 0};
       spec.material = {uniform(random, 0, 1), uniform(random, 0, 1)};
+      if (random() % 4 == 0) spec.w_WB.z = uniform(random, -2000, 2000);
       if (random() % 8 == 0) spec.kind = BodyKind::kinematic, spec.mass_kg = 0;
       const BodyId body = add(world, spec);
       REQUIRE(body);

@@ -58,7 +58,7 @@ class CRADLE_EXPORT Client {
   // (too_large), anything while limits::kHeldCommands wait for their answer (over_window), and
   // anything while two servers claim the world (contested).
   // Refused by the server: late, too_far_ahead, unknown_body, duplicate_name, over_quota,
-  // wrong_kind, not_allowed. Lost with the server: world_restarted.
+  // wrong_kind, not_allowed; by planar worlds out_of_plane. Lost with the server: world_restarted.
 
   /// At the next tick the server begins: the default of every command.
   static constexpr When next_tick() { return {}; }

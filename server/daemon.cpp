@@ -232,6 +232,10 @@ void Daemon::tell(Event&& event) {
 void Daemon::step(PhaseTimer& timer) {
   const std::int64_t left_out = run_.wrenches_left_out();
   last_report_ = run_.step(*executor_, &timer);
+  if (last_report_.springs_unconverged > 0) {
+    readings_.springs_unconverged += last_report_.springs_unconverged;
+    springs_log_.write(now_us(), {{"tick", run_.world().tick()}});
+  }
   if (run_.wrenches_left_out() > left_out) {
     left_out_log_.write(
         now_us(), {{"tick", run_.world().tick()}, {"count", run_.wrenches_left_out() - left_out}});

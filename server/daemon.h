@@ -148,6 +148,8 @@ class Daemon {
   LogPlace not_colliding_log_{log_places_, LogLevel::warn,
                               "bodies of this shape do not collide yet"};
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
+  LogPlace springs_log_{log_places_, LogLevel::warn,
+                        "springs too stiff for the tick: a part of it by impulses"};
   LogPlace rival_log_{log_places_, LogLevel::error,
                       "heartbeats of another daemon of this world, or of a recording"};
   LogPlace rival_gone_log_{log_places_, LogLevel::info,

@@ -106,6 +106,10 @@ void write_world(Page& page, const Readings& r) {
   page.gauge("cradle_bodies_awake", "Dynamic bodies that are simulated.", r.awake);
   page.gauge("cradle_contacts", "Touching contact points in the last tick.", r.contacts);
   page.gauge("cradle_wrenches", "Wrenches that act.", r.wrenches);
+  page.counter(
+      "cradle_springs_unconverged_total",
+      "Parts of ticks in which springs were too stiff for their equations: impulses instead.",
+      r.springs_unconverged);
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }
 

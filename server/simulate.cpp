@@ -141,6 +141,7 @@ void simulate(const SimulateOptions& options) {
   for (Tick tick = 1; tick <= summary.ticks; ++tick) {
     const Stopwatch stopwatch;
     summary.last_step = run.step(threads);
+    summary.springs_unconverged += summary.last_step.springs_unconverged;
     times_us.push_back(stopwatch.elapsed_us());
     summary.penetration_max_m =
         std::max(summary.penetration_max_m, summary.last_step.penetration_max_m);

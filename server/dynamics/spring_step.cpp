@@ -10,7 +10,7 @@
 // for any motion and any k: energy does not rise, however stiff the spring, and linear and angular
 // momentum are kept. Newton's method solves for (v1, W1) of all bodies at once; where it does not
 // converge, springs beyond the step's resolution are damped until they creep (below); then the step
-// is halved, up to six times; at last the bodies stand still, which is counted.
+// is halved, up to six times; at last impulses do (spring_impulses.h), which is counted.
 // Where we differ: undamped, a spring that the step cannot resolve would ring for ever between two
 // states. So with s = h (sqrt(k / mu) + c / mu) and g = s^4 / (100 + s^4), mu the mass it moves,
 // the damping is raised by g k h / 2, and after the step an impulse along the spring takes its
@@ -34,6 +34,7 @@
 
 #include "server/dynamics/gyroscopic.h"
 #include "server/dynamics/rotation.h"
+#include "server/dynamics/spring_impulses.h"
 
 namespace cradle {
 namespace {
@@ -432,11 +433,6 @@ class SpringStep {
   std::vector<double> softness_;  // g
 };
 
-/// Energy is least where nothing moves: what is left if the equations have no solution to be found.
-void stand_still(std::span<SpringBody> bodies) {
-  for (SpringBody& body : bodies) body.flight.v = body.flight.w = Vector::Zero();
-}
-
 void step_by_halves(std::span<SpringBody> bodies, std::vector<SpringLink> links, double h,
                     int halvings, SpringReport& report) {
   for (const double creep : {0.0, 4.0, 64.0, 1024.0}) {
@@ -445,7 +441,7 @@ void step_by_halves(std::span<SpringBody> bodies, std::vector<SpringLink> links,
   }
   if (halvings == kHalvingsMax) {
     ++report.unconverged;
-    return stand_still(bodies);
+    return spring_impulses(bodies, links, h);
   }
   std::vector<SpringLink> later = links;
   for (std::size_t i = 0; i < links.size(); ++i) {

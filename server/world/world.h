@@ -37,7 +37,7 @@ struct StepReport {
   double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
   int bodies_in_contact = 0;    ///< that were sub-stepped
-  int springs_unconverged = 0;  ///< parts of the tick where the springs' equations were not solved
+  int springs_unconverged = 0;  ///< parts of the tick that impulses did
 };
 
 /// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.

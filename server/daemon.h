@@ -148,6 +148,8 @@ class Daemon {
   LogPlace not_colliding_log_{log_places_, LogLevel::warn,
                               "bodies of this shape do not collide yet"};
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
+  LogPlace crowd_log_{log_places_, LogLevel::warn,
+                      "too many bodies in one place: pairs are left out"};
   LogPlace rival_log_{log_places_, LogLevel::error,
                       "heartbeats of another daemon of this world, or of a recording"};
   LogPlace rival_gone_log_{log_places_, LogLevel::info,

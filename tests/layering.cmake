@@ -26,7 +26,7 @@ set(vocabulary "cradle/(types|result|limits|world_view|version|export)\\.h")
 
 check(protocol/include/* "${pure}|${vocabulary}")
 check(protocol/* "${any_standard}|${vocabulary}|protocol/.*|cradle_wire/.*|lcm/lcm\\.h")
-check(server/collision/* "${pure}|${vocabulary}|server/collision/.*|Eigen/.*|fcl/.*|libqhull_r/.*")
+check(server/collision/* "${pure}|emmintrin\\.h|${vocabulary}|server/collision/.*|Eigen/.*|fcl/.*|libqhull_r/.*")
 check(server/dynamics/* "${pure}|${vocabulary}|server/(collision|dynamics)/.*|Eigen/.*")
 check(server/world/* "${pure}|${vocabulary}|protocol/(command|validate)\\.h|xxhash\\.h|\
 server/(collision|dynamics|world)/.*|Eigen/.*")

@@ -50,6 +50,7 @@ struct World::State {
   std::vector<std::uint8_t> moves;      ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
+  BroadPhaseReport culling;
   std::vector<Manifold> manifolds;
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact

@@ -102,7 +102,7 @@ void World::Steps::find_pairs(State& s) {
     s.boxes[k] =
         swept(bounds(s.bodies.shape[i], s.poses[i]), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
   }
-  s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered}, s.pairs);
+  s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered}, s.pairs);
   for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
   s.renumbered = false;
 }
@@ -186,6 +186,8 @@ StepReport World::Steps::report(const State& s) {
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
   report.springs_unconverged = s.springs_unconverged;
+  report.pairs_by = s.culling.method;
+  report.crowded = s.culling.crowded;
   return report;
 }
 

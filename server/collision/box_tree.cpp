@@ -119,6 +119,14 @@ void BoxTree::refit(std::span<const FloatBox> boxes) {
   }
 }
 
+void BoxTree::renumber(std::span<const std::int32_t> now) {
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i] < 0) continue;
+    slots_[i] = now[static_cast<std::size_t>(slots_[i])];
+    if (slots_[i] < 0) remove(static_cast<std::int32_t>(i));
+  }
+}
+
 void BoxTree::index_oldest() {
   oldest_.assign(nodes_.size(), {});
   for (std::size_t level = 0; level < levels_.size(); ++level) {

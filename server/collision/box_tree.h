@@ -56,6 +56,9 @@ class BoxTree {
     nodes_[i / kLanes].clear(i % kLanes);
   }
 
+  /// Slots have changed: `now` has the new one of each, negative for boxes that are no more.
+  void renumber(std::span<const std::int32_t> now);
+
   /// Calls `visit(slot)` for every box that overlaps `box`. Returns the nodes looked at.
   template <class F>
   std::int64_t query(const FloatBox& box, F&& visit) const {

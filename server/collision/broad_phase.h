@@ -33,6 +33,8 @@ struct BroadPhaseInput {
   std::span<const std::uint8_t> moves;  ///< one a slot; two slots with 0 are no pair, planes too
   std::span<const Plane> planes;        ///< their slots have empty boxes
   bool renumbered = false;              ///< true if slots do not mean the bodies of last time
+  /// Which body has which slot, ascending; looked at when `renumbered`. None: it is not known.
+  std::span<const std::int64_t> ids = {};
 };
 
 /// What a call came to.

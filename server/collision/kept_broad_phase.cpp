@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "server/collision/box_grid.h"
 #include "server/collision/box_tree.h"
@@ -85,6 +86,12 @@ struct Layer {
     std::erase_if(moving_slots, leaves);
     std::erase_if(immovable_slots, leaves);
   }
+  void renumber(std::span<const std::int32_t> now) {
+    for (auto* slots : {&moving_slots, &immovable_slots}) {
+      for (std::int32_t& slot : *slots) slot = now[index(slot)];
+      std::erase_if(*slots, [](std::int32_t slot) { return slot < 0; });
+    }
+  }
   void build(std::span<const FloatBox> rooms, const MortonCurve& curve) {
     moving.build(rooms, moving_slots, curve);
     immovable.build(rooms, immovable_slots, curve);
@@ -101,7 +108,7 @@ class KeptBroadPhase final : public BroadPhase {
  public:
   BroadPhaseReport find_pairs(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) override {
     report_ = {};
-    if (input.renumbered) forget();
+    if (input.renumbered) renumber(input.ids);
     look(input);
     const bool fits = should_renew() ? renew(input) : update(input);
     if (fits) {
@@ -119,6 +126,54 @@ class KeptBroadPhase final : public BroadPhase {
   }
 
  private:
+  /// Those that are still here keep what is known of them.
+  void renumber(std::span<const std::int64_t> ids) {
+    if (ids.empty() || ids_.size() != last_.size()) {
+      forget();
+    } else if (ids.size() < ids_.size() || !std::equal(ids_.begin(), ids_.end(), ids.begin())) {
+      now_.assign(ids_.size(), -1);
+      for (std::size_t i = 0, k = 0; i < ids_.size(); ++i) {
+        while (k < ids.size() && ids[k] < ids_[i]) ++k;
+        if (k < ids.size() && ids[k] == ids_[i]) now_[i] = static_cast<std::int32_t>(k);
+      }
+      renumber_all(ids.size());
+    }
+    ids_.assign(ids.begin(), ids.end());
+  }
+
+  /// `now_` has the new slots.
+  void renumber_all(std::size_t slots) {
+    for (std::size_t i = 0; i < now_.size(); ++i) {
+      housed_ -= now_[i] < 0 && homes_[i] != Home::none ? 1 : 0;
+    }
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < candidates_.size(); ++k) {
+      const BodyPair pair{now_[index(candidates_[k].a)], now_[index(candidates_[k].b)]};
+      if (pair.a < 0 || pair.b < 0) continue;
+      overlaps_[count] = overlaps_[k];
+      candidates_[count++] = pair;
+    }
+    candidates_.resize(count);
+    overlaps_.resize(count);
+    old_.moving.renumber(now_);
+    old_.immovable.renumber(now_);
+    young_.renumber(now_);
+    young_changed_ = true;
+    const auto carry = [&](auto& values) {
+      std::remove_reference_t<decltype(values)> carried(slots);
+      for (std::size_t i = 0; i < now_.size(); ++i) {
+        if (now_[i] >= 0) carried[index(now_[i])] = values[i];
+      }
+      values.swap(carried);
+    };
+    carry(last_);
+    carry(moves_);
+    carry(rooms_);
+    carry(homes_);
+    carry(places_);
+    resize(slots);
+  }
+
   /// Who has changed, who has left his room, and who needs one.
   void look(const BroadPhaseInput& input) {
     const std::size_t slots = input.boxes.size();
@@ -348,6 +403,7 @@ class KeptBroadPhase final : public BroadPhase {
 
   void forget() {
     resize(0);
+    ids_.clear();
     candidates_.clear();
     overlaps_.clear();
     young_.clear();
@@ -368,6 +424,7 @@ class KeptBroadPhase final : public BroadPhase {
   // By slot.
   std::vector<Aabb> last_;           // what the last call was told
   std::vector<std::uint8_t> moves_;  // likewise
+  std::vector<std::int64_t> ids_;    // likewise; none: not known
   std::vector<FloatBox> rooms_;
   std::vector<Home> homes_;
   std::vector<std::int32_t> places_;   // in the old tree
@@ -388,6 +445,7 @@ class KeptBroadPhase final : public BroadPhase {
   std::vector<std::int32_t> changed_slots_, entering_;
   bool has_left_ = false;
   std::size_t most_ = 0;  // pairs
+  std::vector<std::int32_t> now_;  // the slot of each, after a change of slots
   std::vector<BodyPair> fresh_, spare_;
   std::vector<std::uint8_t> spare_overlaps_;
   PairSorter sorter_;

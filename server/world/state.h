@@ -45,6 +45,7 @@ struct World::State {
   std::int64_t quarantined = 0;
   Loads loads;
   std::vector<std::int32_t> colliders;  ///< slots of bodies that can touch, ascending
+  std::vector<std::int64_t> collider_ids;  ///< of them
   std::vector<Pose> poses;              ///< by slot, of colliders
   std::vector<Aabb> boxes;              ///< of colliders, in their order
   std::vector<std::uint8_t> moves;      ///< likewise

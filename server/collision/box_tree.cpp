@@ -155,6 +155,7 @@ BoxTree::OldestFirst::OldestFirst(const BoxTree& tree, const FloatBox& box)
 }
 
 void BoxTree::OldestFirst::open(std::size_t level, std::size_t index) {
+  ++nodes_;
   for (unsigned hits = probe_.overlaps(tree_.node(level, index)); hits != 0; hits &= hits - 1) {
     const std::size_t lane = lane_of(hits);
     const std::int32_t oldest = tree_.oldest_[tree_.levels_[level] + index][lane];

@@ -184,6 +184,7 @@ class BoxTree::OldestFirst {
 
   /// The next slot; -1: there are no more.
   std::int32_t next();
+  std::int64_t nodes() const { return nodes_; }  ///< looked at so far
 
  private:
   struct Open {
@@ -196,6 +197,7 @@ class BoxTree::OldestFirst {
   const BoxTree& tree_;
   Probe probe_;
   std::vector<Open> heap_;
+  std::int64_t nodes_ = 0;
 };
 
 }  // namespace cradle

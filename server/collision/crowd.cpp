@@ -12,8 +12,8 @@ std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 class Crowd {
  public:
-  explicit Crowd(const BroadPhaseInput& input)
-      : input_(input), origin_(median_of(input.boxes)), boxes_(input.boxes.size()) {
+  Crowd(const BroadPhaseInput& input, std::vector<BodyPair>& pairs)
+      : input_(input), pairs_(pairs), origin_(median_of(input.boxes)), boxes_(input.boxes.size()) {
     std::vector<std::int32_t> moving, immovable;
     for (std::size_t slot = 0; slot < boxes_.size(); ++slot) {
       if (!is_usable(input.boxes[slot])) continue;
@@ -22,118 +22,116 @@ class Crowd {
     }
     moving_.build(boxes_, moving, MortonCurve(boxes_, moving));
     immovable_.build(boxes_, immovable, MortonCurve(boxes_, immovable));
+    report_.boxes_seen = static_cast<std::int64_t>(boxes_.size());
   }
+
+  BroadPhaseReport report() const { return report_; }
 
   /// All pairs, in no order of use; false if there are more than `most`.
-  bool find_all(std::size_t most, std::vector<BodyPair>& pairs) {
+  bool find_all(std::size_t most) {
+    add_plane_pairs(input_, most, pairs_);
     const auto add = [&](std::int32_t i, std::int32_t j) {
-      if (!meet(i, j)) return true;
-      const auto [a, b] = std::minmax(i, j);
-      pairs.push_back({a, b});
-      return pairs.size() <= most;
+      if (pairs_.size() > most) return false;
+      if (meet(i, j)) add_pair(i, j);
+      return true;
     };
-    add_plane_pairs(input_, most, pairs);
-    if (pairs.size() > most) return false;
-    moving_.join(add);
+    report_.nodes_seen += moving_.join(add);
     immovable_.for_each_place([&](std::int32_t, std::int32_t slot) {
-      if (pairs.size() > most) return;
-      moving_.query(boxes_[index(slot)], [&](std::int32_t other) {
-        if (pairs.size() <= most) add(slot, other);
-      });
+      if (pairs_.size() > most) return;
+      report_.nodes_seen +=
+          moving_.query(boxes_[index(slot)], [&](std::int32_t other) { add(slot, other); });
     });
-    return pairs.size() <= most;
+    return pairs_.size() <= most;
   }
 
-  /// Those that a slot keeps with at most `k` partners each. Returns the number of slots that have
-  /// more.
-  std::int64_t find_oldest(std::size_t k, std::vector<BodyPair>& pairs) {
+  /// Those that one of the two keeps, if each keeps those with its `k` oldest partners.
+  void find_oldest(std::size_t k) {
+    report_.method = "crowd";
     moving_.index_oldest();
     immovable_.index_oldest();
-    std::int64_t crowded = 0;
-    std::vector<std::int32_t> partners;
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
       const auto slot = static_cast<std::int32_t>(i);
-      partners.clear();
-      add_partners(slot, k + 1, partners);
-      std::sort(partners.begin(), partners.end());
-      if (partners.size() > k) {
-        ++crowded;
-        partners.resize(k);
+      partners_.clear();
+      add_partners(slot, k + 1);
+      std::sort(partners_.begin(), partners_.end());
+      if (partners_.size() > k) {
+        ++report_.crowded;
+        partners_.resize(k);
       }
-      for (const std::int32_t partner : partners) {
-        const auto [a, b] = std::minmax(slot, partner);
-        pairs.push_back({a, b});
-      }
+      for (const std::int32_t partner : partners_) add_pair(slot, partner);
     }
-    return crowded;
   }
 
  private:
-  bool meet(std::int32_t i, std::int32_t j) const {
+  bool meet(std::int32_t i, std::int32_t j) {
+    ++report_.boxes_seen;
     return overlap(input_.boxes[index(i)], input_.boxes[index(j)]);
+  }
+  void add_pair(std::int32_t i, std::int32_t j) {
+    pairs_.push_back({std::min(i, j), std::max(i, j)});
   }
 
   /// The `count` oldest of each sort: planes, bodies that move, bodies that do not.
-  void add_partners(std::int32_t slot, std::size_t count, std::vector<std::int32_t>& partners) {
+  void add_partners(std::int32_t slot, std::size_t count) {
     const bool moves = input_.moves[index(slot)] != 0;
     for (const Plane& plane : input_.planes) {
-      if (plane.slot == slot) return add_of_plane(plane, count, partners);
+      if (plane.slot == slot) return add_partners_of(plane, count);
     }
     const Aabb& box = input_.boxes[index(slot)];
     if (!is_usable(box)) return;
     for (const Plane& plane : input_.planes) {
-      if ((moves || input_.moves[index(plane.slot)] != 0) && overlap(box, plane)) {
-        partners.push_back(plane.slot);
-      }
+      const bool counts = moves || input_.moves[index(plane.slot)] != 0;
+      if (counts && overlap(box, plane)) partners_.push_back(plane.slot);
     }
-    add_oldest(moving_, slot, count, partners);
-    if (moves) add_oldest(immovable_, slot, count, partners);
+    add_oldest(moving_, slot, count);
+    if (moves) add_oldest(immovable_, slot, count);
   }
 
-  void add_of_plane(const Plane& plane, std::size_t count, std::vector<std::int32_t>& partners) {
+  void add_partners_of(const Plane& plane, std::size_t count) {
     const bool moves = input_.moves[index(plane.slot)] != 0;
-    for (std::size_t i = 0; i < boxes_.size() && partners.size() < count; ++i) {
-      if ((moves || input_.moves[i] != 0) && is_usable(input_.boxes[i]) &&
-          overlap(input_.boxes[i], plane)) {
-        partners.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t i = 0; i < boxes_.size() && partners_.size() < count; ++i) {
+      const bool counts = (moves || input_.moves[i] != 0) && is_usable(input_.boxes[i]);
+      if (counts && overlap(input_.boxes[i], plane)) {
+        partners_.push_back(static_cast<std::int32_t>(i));
       }
     }
   }
 
-  void add_oldest(const BoxTree& tree, std::int32_t slot, std::size_t count,
-                  std::vector<std::int32_t>& partners) {
+  void add_oldest(const BoxTree& tree, std::int32_t slot, std::size_t count) {
     BoxTree::OldestFirst search(tree, boxes_[index(slot)]);
     for (std::size_t found = 0; found < count;) {
       const std::int32_t other = search.next();
-      if (other < 0) return;
+      if (other < 0) break;
       if (other == slot || !meet(slot, other)) continue;
-      partners.push_back(other);
+      partners_.push_back(other);
       ++found;
     }
+    report_.nodes_seen += search.nodes();
   }
 
   const BroadPhaseInput& input_;
+  std::vector<BodyPair>& pairs_;
   Vector origin_;
   std::vector<FloatBox> boxes_;
   BoxTree moving_, immovable_;
+  std::vector<std::int32_t> partners_;
+  BroadPhaseReport report_;
 };
 
 }  // namespace
 
 BroadPhaseReport find_crowd_pairs(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) {
-  BroadPhaseReport report;
   const std::size_t slots = input.boxes.size();
   const std::size_t most = pairs_max(slots);
   pairs.clear();
-  Crowd crowd(input);
-  if (!crowd.find_all(most, pairs)) {
-    report.method = "crowd";
+  Crowd crowd(input, pairs);
+  if (!crowd.find_all(most)) {
     pairs.clear();
-    report.crowded = crowd.find_oldest(most / slots, pairs);
+    crowd.find_oldest(most / slots);
   }
   PairSorter().sort(slots, pairs);
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return report;
+  return crowd.report();
 }
 
 }  // namespace cradle

@@ -52,7 +52,7 @@ class FclBroadPhase final : public BroadPhase {
     Collector collector{input.moves, pairs, most};
     tree_.collide(&collector, &collect);
     add_plane_pairs(input, most, pairs);
-    if (pairs.size() > most) return find_crowd_pairs(input, pairs);
+    if (pairs.size() > most) return find_crowd_pairs(input, pairs);  // the rule is not FCL's
     sorter_.sort(input.boxes.size(), pairs);
     BroadPhaseReport report;
     report.method = "fcl";

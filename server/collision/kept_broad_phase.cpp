@@ -121,7 +121,9 @@ class KeptBroadPhase final : public BroadPhase {
     forget();
     const BroadPhaseReport crowd = find_crowd_pairs(input, pairs);
     report_.crowded = crowd.crowded;
-    if (crowd.crowded > 0) report_.method = crowd.method;
+    report_.boxes_seen += crowd.boxes_seen;
+    report_.nodes_seen += crowd.nodes_seen;
+    if (!crowd.method.empty()) report_.method = crowd.method;
     return report_;
   }
 
@@ -444,7 +446,7 @@ class KeptBroadPhase final : public BroadPhase {
   std::vector<std::uint8_t> overlaps_;  // one a candidate: the true boxes do
   std::vector<std::int32_t> changed_slots_, entering_;
   bool has_left_ = false;
-  std::size_t most_ = 0;  // pairs
+  std::size_t most_ = 0;           // pairs
   std::vector<std::int32_t> now_;  // the slot of each, after a change of slots
   std::vector<BodyPair> fresh_, spare_;
   std::vector<std::uint8_t> spare_overlaps_;

@@ -44,11 +44,11 @@ struct World::State {
   std::vector<Event> events;
   std::int64_t quarantined = 0;
   Loads loads;
-  std::vector<std::int32_t> colliders;  ///< slots of bodies that can touch, ascending
+  std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them
-  std::vector<Pose> poses;              ///< by slot, of colliders
-  std::vector<Aabb> boxes;              ///< of colliders, in their order
-  std::vector<std::uint8_t> moves;      ///< likewise
+  std::vector<Pose> poses;                 ///< by slot, of colliders
+  std::vector<Aabb> boxes;                 ///< of colliders, in their order
+  std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
   BroadPhaseReport culling;

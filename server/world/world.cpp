@@ -104,8 +104,8 @@ void World::Steps::find_pairs(State& s) {
     s.boxes[k] =
         swept(bounds(s.bodies.shape[i], s.poses[i]), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
   }
-  s.culling = s.broad_phase->find_pairs(
-      {s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids}, s.pairs);
+  s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
+                                        s.pairs);
   for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
   s.renumbered = false;
 }

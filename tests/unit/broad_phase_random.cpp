@@ -2,9 +2,10 @@
 #include <catch2/catch.hpp>
 #include <numeric>
 
-#include "tests/unit/broad_phase_scenes.h"
+#include "tests/bench/box_scene.h"
 
 using namespace cradle;
+using namespace cradle::bench;
 
 namespace {
 
@@ -168,8 +169,7 @@ TEST_CASE("through long random histories the pairs are those of brute force") {
     for (int step = 0; step < 2000; ++step) {
       CAPTURE(seed, step);
       const bool renumbered = history.step();
-      REQUIRE(pairs_of(*broad_phase, history.input(renumbered)) ==
-              history.scene.brute_force());
+      REQUIRE(pairs_of(*broad_phase, history.input(renumbered)) == history.scene.brute_force());
     }
   }
 }

@@ -1,4 +1,4 @@
-/// Seeded scenes of boxes for tests of the broad phase, and their pairs by brute force.
+/// Seeded scenes of boxes for the broad phase, and their pairs by brute force.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "server/collision/broad_phase.h"
 
-namespace cradle {
+namespace cradle::bench {
 
 struct BoxScene {
   explicit BoxScene(std::uint64_t seed) : random(seed) {}
@@ -78,4 +78,4 @@ inline void drift(BoxScene& scene, std::size_t moving) {
   }
 }
 
-}  // namespace cradle
+}  // namespace cradle::bench

@@ -145,34 +145,4 @@ void BoxTree::index_oldest() {
   }
 }
 
-namespace {
-constexpr auto kOlderLast = [](const auto& a, const auto& b) { return a.oldest > b.oldest; };
-}  // namespace
-
-BoxTree::OldestFirst::OldestFirst(const BoxTree& tree, const FloatBox& box)
-    : tree_(tree), probe_(box) {
-  if (!tree_.levels_.empty()) open(tree_.levels_.size() - 1, 0);
-}
-
-void BoxTree::OldestFirst::open(std::size_t level, std::size_t index) {
-  ++nodes_;
-  for (unsigned hits = probe_.overlaps(tree_.node(level, index)); hits != 0; hits &= hits - 1) {
-    const std::size_t lane = lane_of(hits);
-    const std::int32_t oldest = tree_.oldest_[tree_.levels_[level] + index][lane];
-    heap_.push_back({oldest, level == 0 ? kBox : level - 1, index * kLanes + lane});
-    std::push_heap(heap_.begin(), heap_.end(), kOlderLast);
-  }
-}
-
-std::int32_t BoxTree::OldestFirst::next() {
-  while (!heap_.empty()) {
-    std::pop_heap(heap_.begin(), heap_.end(), kOlderLast);
-    const Open best = heap_.back();
-    heap_.pop_back();
-    if (best.level == kBox) return best.oldest;
-    open(best.level, best.index);
-  }
-  return -1;
-}
-
 }  // namespace cradle

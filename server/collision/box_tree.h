@@ -6,6 +6,7 @@
 /// Cost: O(n) to build (a radix sort), O(log n) a query, O(n) to join if density is bounded.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -92,9 +93,16 @@ class BoxTree {
     return join.nodes;
   }
 
-  /// The slots whose boxes overlap a given one, in ascending order, one at a time.
-  class OldestFirst;
-  /// Has to come between `build` and OldestFirst.
+  /// Fills `slots` with the `count` smallest whose boxes overlap `box` and that `accept(slot)` takes,
+  /// in ascending order. Has to come after `index_oldest`. Returns the nodes looked at.
+  template <class F>
+  std::int64_t find_oldest(const FloatBox& box, std::size_t count, F&& accept,
+                           std::vector<std::int32_t>& slots) const {
+    slots.clear();
+    Oldest<F> search{*this, Probe(box), count, accept, slots};
+    if (!levels_.empty()) search.look(levels_.size() - 1, 0);
+    return search.nodes;
+  }
   void index_oldest();
 
  private:
@@ -103,6 +111,8 @@ class BoxTree {
   };
   template <class F>
   struct Join;
+  template <class F>
+  struct Oldest;
   static constexpr std::size_t kStack = 64;  // three a level stay behind; 4^16 bodies have 16
 
   static std::size_t lane_of(unsigned hits) {
@@ -177,27 +187,41 @@ struct BoxTree::Join {
   }
 };
 
-/// By best-first search: the node with the smallest slot below it is opened next.
-class BoxTree::OldestFirst {
- public:
-  OldestFirst(const BoxTree& tree, const FloatBox& box);
+/// Depth first, the child with the smallest slot below it first; the rest cannot matter once there
+/// are enough smaller ones.
+template <class F>
+struct BoxTree::Oldest {
+  const BoxTree& tree;
+  Probe probe;
+  std::size_t count;
+  F& accept;
+  std::vector<std::int32_t>& slots;
+  std::int64_t nodes = 0;
 
-  /// The next slot; -1: there are no more.
-  std::int32_t next();
-  std::int64_t nodes() const { return nodes_; }  ///< looked at so far
+  bool matters(std::int32_t slot) const { return slots.size() < count || slot < slots.back(); }
 
- private:
-  struct Open {
-    std::int32_t oldest;
-    std::size_t level, index;  // of a node; for one box: its place, and level kBox
-  };
-  static constexpr std::size_t kBox = ~std::size_t{0};
-  void open(std::size_t level, std::size_t index);
-
-  const BoxTree& tree_;
-  Probe probe_;
-  std::vector<Open> heap_;
-  std::int64_t nodes_ = 0;
+  void look(std::size_t level, std::size_t index) {
+    ++nodes;
+    const auto& oldest = tree.oldest_[tree.levels_[level] + index];
+    std::array<std::size_t, kLanes> lanes{};
+    std::size_t found = 0;
+    for (unsigned hits = probe.overlaps(tree.node(level, index)); hits != 0; hits &= hits - 1) {
+      std::size_t at = found++;
+      const std::size_t lane = lane_of(hits);
+      for (; at > 0 && oldest[lane] < oldest[lanes[at - 1]]; --at) lanes[at] = lanes[at - 1];
+      lanes[at] = lane;
+    }
+    for (std::size_t k = 0; k < found; ++k) {
+      const std::int32_t slot = oldest[lanes[k]];
+      if (!matters(slot)) return;
+      if (level > 0) {
+        look(level - 1, index * kLanes + lanes[k]);
+      } else if (accept(slot)) {
+        slots.insert(std::upper_bound(slots.begin(), slots.end(), slot), slot);
+        if (slots.size() > count) slots.pop_back();
+      }
+    }
+  }
 };
 
 }  // namespace cradle

@@ -52,9 +52,9 @@ class BroadPhase {
   /// Replaces `pairs` by all overlapping pairs, sorted by (a, b), each once. Touching counts.
   /// Pairs, method and crowded depend on the input alone, never on earlier calls.
   ///
-  /// If there are more than pairs_max of them, each slot keeps those with its k smallest partners,
-  /// k = pairs_max / slots, and a pair stays if either of the two keeps it: a floor under many
-  /// bodies loses none, a thousand bodies in one point lose most.
+  /// If there are more than pairs_max of them, each slot keeps those with its partners_kept
+  /// smallest partners, and a pair stays if either of the two keeps it: a floor under many bodies
+  /// loses none, a thousand bodies in one point lose most.
   virtual BroadPhaseReport find_pairs(const BroadPhaseInput& input,
                                       std::vector<BodyPair>& pairs) = 0;
 };
@@ -63,6 +63,9 @@ class BroadPhase {
 constexpr std::size_t pairs_max(std::size_t slots) {
   return std::min(128 * slots, 4'000'000 + 8 * slots);
 }
+
+/// Of each body, where there are more: what fits with room to spare, since crowds are slow to part.
+constexpr std::size_t partners_kept(std::size_t slots) { return pairs_max(slots) / (4 * slots); }
 
 /// Ours: trees over boxes with room to move, and the pairs of these kept from call to call.
 /// O(n log n) for bounded density; what does not move costs next to nothing.

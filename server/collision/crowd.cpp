@@ -98,15 +98,9 @@ class Crowd {
   }
 
   void add_oldest(const BoxTree& tree, std::int32_t slot, std::size_t count) {
-    BoxTree::OldestFirst search(tree, boxes_[index(slot)]);
-    for (std::size_t found = 0; found < count;) {
-      const std::int32_t other = search.next();
-      if (other < 0) break;
-      if (other == slot || !meet(slot, other)) continue;
-      partners_.push_back(other);
-      ++found;
-    }
-    report_.nodes_seen += search.nodes();
+    const auto accept = [&](std::int32_t other) { return other != slot && meet(slot, other); };
+    report_.nodes_seen += tree.find_oldest(boxes_[index(slot)], count, accept, oldest_);
+    partners_.insert(partners_.end(), oldest_.begin(), oldest_.end());
   }
 
   const BroadPhaseInput& input_;
@@ -114,7 +108,7 @@ class Crowd {
   Vector origin_;
   std::vector<FloatBox> boxes_;
   BoxTree moving_, immovable_;
-  std::vector<std::int32_t> partners_;
+  std::vector<std::int32_t> partners_, oldest_;
   BroadPhaseReport report_;
 };
 
@@ -127,7 +121,7 @@ BroadPhaseReport find_crowd_pairs(const BroadPhaseInput& input, std::vector<Body
   Crowd crowd(input, pairs);
   if (!crowd.find_all(most)) {
     pairs.clear();
-    crowd.find_oldest(most / slots);
+    crowd.find_oldest(partners_kept(slots));
   }
   PairSorter().sort(slots, pairs);
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());

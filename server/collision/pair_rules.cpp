@@ -4,6 +4,11 @@
 #include <numeric>
 
 namespace cradle {
+namespace {
+
+constexpr std::size_t kLongRow = 16;
+
+}  // namespace
 
 void add_plane_pairs(const BroadPhaseInput& input, std::size_t most, std::vector<BodyPair>& pairs) {
   for (const Plane& plane : input.planes) {
@@ -37,19 +42,30 @@ Vector median_of(std::span<const Aabb> boxes) {
   return median;
 }
 
+template <class F>
+void PairSorter::scatter(std::size_t slots, const std::vector<BodyPair>& from,
+                         std::vector<BodyPair>& to, F&& row_of) {
+  row_ends_.assign(slots + 1, 0);
+  for (const BodyPair& pair : from) ++row_ends_[row_of(pair) + 1];
+  std::partial_sum(row_ends_.begin(), row_ends_.end(), row_ends_.begin());
+  for (const BodyPair& pair : from) to[row_ends_[row_of(pair)]++] = pair;
+}
+
 void PairSorter::sort(std::size_t slots, std::vector<BodyPair>& pairs) {
   if (std::is_sorted(pairs.begin(), pairs.end())) return;
   if (pairs.size() < slots / 8) {  // rows would cost more than comparisons
     std::sort(pairs.begin(), pairs.end());
     return;
   }
-  row_ends_.assign(slots + 1, 0);
-  for (const BodyPair& pair : pairs) ++row_ends_[static_cast<std::size_t>(pair.a) + 1];
-  std::partial_sum(row_ends_.begin(), row_ends_.end(), row_ends_.begin());
   unsorted_.assign(pairs.begin(), pairs.end());
-  for (const BodyPair& pair : unsorted_) {
-    pairs[row_ends_[static_cast<std::size_t>(pair.a)]++] = pair;
+  if (pairs.size() > kLongRow * slots) {  // long rows are sorted by counting, too
+    const auto by_b = [](const BodyPair& pair) { return static_cast<std::size_t>(pair.b); };
+    scatter(slots, pairs, unsorted_, by_b);
   }
+  scatter(slots, unsorted_, pairs, [](const BodyPair& pair) {
+    return static_cast<std::size_t>(pair.a);
+  });
+  if (pairs.size() > kLongRow * slots) return;
   auto row = pairs.begin();
   for (std::size_t slot = 0; slot < slots; ++slot) {
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(row_ends_[slot]);

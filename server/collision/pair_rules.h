@@ -33,12 +33,17 @@ void add_plane_pairs(const BroadPhaseInput& input, std::size_t most, std::vector
 /// A place in the midst of the usable boxes, by the median of a sample: origin for FloatBox.
 Vector median_of(std::span<const Aabb> boxes);
 
-/// Sorts by (a, b). Linear for rows of bounded length.
+/// Sorts by (a, b) in linear time.
 class PairSorter {
  public:
   void sort(std::size_t slots, std::vector<BodyPair>& pairs);
 
  private:
+  /// Puts each pair where its row is; pairs of a row keep their order.
+  template <class F>
+  void scatter(std::size_t slots, const std::vector<BodyPair>& from, std::vector<BodyPair>& to,
+               F&& row_of);
+
   std::vector<BodyPair> unsorted_;
   std::vector<std::uint32_t> row_ends_;
 };

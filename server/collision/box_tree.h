@@ -93,8 +93,8 @@ class BoxTree {
     return join.nodes;
   }
 
-  /// Fills `slots` with the `count` smallest whose boxes overlap `box` and that `accept(slot)` takes,
-  /// in ascending order. Has to come after `index_oldest`. Returns the nodes looked at.
+  /// Fills `slots` with the `count` smallest whose boxes overlap `box` and that `accept(slot)`
+  /// takes, in ascending order. Has to come after `index_oldest`. Returns the nodes looked at.
   template <class F>
   std::int64_t find_oldest(const FloatBox& box, std::size_t count, F&& accept,
                            std::vector<std::int32_t>& slots) const {

@@ -62,9 +62,8 @@ void PairSorter::sort(std::size_t slots, std::vector<BodyPair>& pairs) {
     const auto by_b = [](const BodyPair& pair) { return static_cast<std::size_t>(pair.b); };
     scatter(slots, pairs, unsorted_, by_b);
   }
-  scatter(slots, unsorted_, pairs, [](const BodyPair& pair) {
-    return static_cast<std::size_t>(pair.a);
-  });
+  scatter(slots, unsorted_, pairs,
+          [](const BodyPair& pair) { return static_cast<std::size_t>(pair.a); });
   if (pairs.size() > kLongRow * slots) return;
   auto row = pairs.begin();
   for (std::size_t slot = 0; slot < slots; ++slot) {

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <functional>
 
+#include "server/collision/box_grid.h"
+#include "server/collision/box_tree.h"
 #include "tests/bench/box_scene.h"
 
 using namespace cradle;
@@ -56,8 +58,9 @@ TEST_CASE("work grows with the number of bodies by an exponent of at most 1.05")
 
 TEST_CASE("after ten thousand steps a step is as much work as at first") {
   const double part = GENERATE(1.0, 0.05);
-  BoxScene scene = drifting_boxes(1000);
-  const auto moving = static_cast<std::size_t>(part * 1000);
+  const std::size_t count = part == 1 ? 1000 : 10'000;
+  BoxScene scene = drifting_boxes(count);
+  const auto moving = static_cast<std::size_t>(part * static_cast<double>(count));
   const auto broad_phase = make_kept_broad_phase();
   const auto step = [&] { drift(scene, moving); };
   work(*broad_phase, scene, step, 100);
@@ -65,6 +68,54 @@ TEST_CASE("after ten thousand steps a step is as much work as at first") {
   work(*broad_phase, scene, step, 8000);
   const double last = work(*broad_phase, scene, step, 1000);
   CHECK(last < 1.05 * first);
+}
+
+TEST_CASE("bodies that move by turns do not make the young many") {
+  BoxScene scene = drifting_boxes(10'000);
+  std::size_t next = 0;
+  const auto step = [&] {
+    for (int k = 0; k < 100; ++k, next = (next + 37) % 10'000) scene.move(next, scene.vector(0.3));
+  };
+  const auto broad_phase = make_kept_broad_phase();
+  CHECK(work(*broad_phase, scene, step, 300, 100) < 2.1);
+}
+
+TEST_CASE("a small flock far from all others is found at once") {
+  std::vector<FloatBox> boxes(100'000);
+  std::vector<std::int32_t> slots(boxes.size());
+  BoxScene scene(1);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Vector middle = scene.vector(37) + Vector::Constant(i % 25 == 0 ? 20'000 : 0);
+    boxes[i] = to_float({middle, middle + Vector::Ones()}, Vector::Zero());
+    slots[i] = static_cast<std::int32_t>(i);
+  }
+  BoxTree tree;
+  tree.build(boxes, slots, MortonCurve(boxes, slots));
+  std::int64_t nodes = 0;
+  for (std::size_t i = 0; i < boxes.size(); i += 1000) {
+    nodes += tree.query(boxes[i], [](std::int32_t) {});
+  }
+  CHECK(nodes / 100 < 200);
+}
+
+TEST_CASE("the grid declines boxes of different sizes, and too many in a cell") {
+  const auto suits = [](const BoxScene& scene) {
+    std::vector<FloatBox> boxes;
+    std::vector<std::int32_t> slots;
+    for (const Aabb& box : scene.boxes) {
+      slots.push_back(static_cast<std::int32_t>(boxes.size()));
+      boxes.push_back(to_float(box, Vector::Zero()));
+    }
+    return BoxGrid().build(boxes, slots);
+  };
+  BoxScene scene = drifting_boxes(1000);
+  CHECK(suits(scene));
+  CHECK_FALSE(suits(BoxScene(1)));
+  for (std::size_t i = 0; i < 1000; i += 10) scene.boxes[i].upper.z() += 10;
+  CHECK_FALSE(suits(scene));
+  scene = drifting_boxes(1000);
+  for (std::size_t i = 0; i < 500; ++i) scene.boxes[i] = scene.boxes[0];
+  CHECK_FALSE(suits(scene));
 }
 
 TEST_CASE("worlds made to hurt take at most ten times the work of a regular one") {

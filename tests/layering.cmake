@@ -31,7 +31,7 @@ check(server/dynamics/* "${pure}|${vocabulary}|server/(collision|dynamics)/.*|Ei
 check(server/world/* "${pure}|${vocabulary}|protocol/(command|validate)\\.h|xxhash\\.h|\
 server/(collision|dynamics|world)/.*|Eigen/.*")
 check(server/* "${any_standard}|${vocabulary}|protocol/.*|server/.*|\
-Eigen/.*|fcl/.*|libqhull_r/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
+Eigen/.*|emmintrin\\.h|fcl/.*|libqhull_r/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
 check(client/include/* "${pure}|chrono|${vocabulary}|cradle/client[a-z_]*\\.h")
 check(client/src/* "${pure}|unordered_map|chrono|random|poll\\.h|system_error|thread|cradle/.*|client/src/.*|protocol/.*")
 check(client/examples/* "${any_standard}|cradle/.*")
@@ -52,6 +52,7 @@ only("lcm/.*" protocol "transport/[a-z0-9_]+\\.cpp")
 only("cradle_wire/.*" protocol "(wire_convert|codec)\\.(h|cpp)")
 only("fcl/.*" server "collision/fcl_[a-z_]+\\.cpp")
 only("libqhull_r/.*" server "collision/convex_hull\\.cpp")
+only("emmintrin\\.h" server "collision/box_lanes\\.h")
 only("chrono" server "(daemon|metrics_page|pacer|publisher|stopwatch)\\.(h|cpp)")
 only("thread" server "(daemon|metrics_page|publisher|thread_pool)\\.(h|cpp)")
 only("spdlog/.*" server "log\\.cpp")

@@ -14,10 +14,10 @@ inline constexpr double kBroadReach_m = 1e100;
 /// Not empty, and all of it within reach; a box with a NaN is neither.
 inline bool is_usable(const Aabb& box) {
   const auto along = [&](int k) {
-    return (box.lower[k] <= box.upper[k]) & (box.lower[k] >= -kBroadReach_m) &
-           (box.upper[k] <= kBroadReach_m);
+    return box.lower[k] <= box.upper[k] && box.lower[k] >= -kBroadReach_m &&
+           box.upper[k] <= kBroadReach_m;
   };
-  return along(0) & along(1) & along(2);
+  return along(0) && along(1) && along(2);
 }
 
 /// The lowest corner of the box along the plane's normal is in the solid, or on its boundary.

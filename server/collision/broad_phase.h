@@ -39,7 +39,7 @@ struct BroadPhaseInput {
 
 /// What a call came to.
 struct BroadPhaseReport {
-  std::string_view method;      ///< how pairs are found in such a scene, in a word
+  std::string_view method;      ///< how all pairs were last found anew, in a word
   std::int64_t crowded = 0;     ///< bodies in more pairs than are kept; see pairs_max
   std::int64_t boxes_seen = 0;  ///< work done: boxes looked at, alone or in pairs
   std::int64_t nodes_seen = 0;  ///< work done: nodes of trees or cells of grids
@@ -50,7 +50,7 @@ class BroadPhase {
   virtual ~BroadPhase() = default;
 
   /// Replaces `pairs` by all overlapping pairs, sorted by (a, b), each once. Touching counts.
-  /// Pairs, method and crowded depend on the input alone, never on earlier calls.
+  /// Pairs and their order, and `crowded`, depend on the input alone, never on earlier calls.
   ///
   /// If there are more than pairs_max of them, each slot keeps those with its partners_kept
   /// smallest partners, and a pair stays if either of the two keeps it: a floor under many bodies

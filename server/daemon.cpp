@@ -231,10 +231,14 @@ void Daemon::tell(Event&& event) {
 
 void Daemon::step(PhaseTimer& timer) {
   const std::int64_t left_out = run_.wrenches_left_out();
+  const bool was_crowded = last_report_.crowded > 0;
   last_report_ = run_.step(*executor_, &timer);
   if (last_report_.springs_unconverged > 0) {
     readings_.springs_unconverged += last_report_.springs_unconverged;
     springs_log_.write(now_us(), {{"tick", run_.world().tick()}});
+  }
+  if (last_report_.crowded > 0 && !was_crowded) {
+    crowd_log_.write(now_us(), {{"tick", run_.world().tick()}, {"bodies", last_report_.crowded}});
   }
   if (run_.wrenches_left_out() > left_out) {
     left_out_log_.write(
@@ -374,6 +378,7 @@ void Daemon::put_readings() {
   r.awake = world.awake_count();
   r.contacts = last_report_.contacts;
   r.wrenches = world.wrench_count();
+  r.crowded = last_report_.crowded;
   r.quarantines = world.quarantined_count();
   r.clients = desk_.clients(now_us());
   r.answers = desk_.answered();

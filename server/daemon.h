@@ -150,6 +150,8 @@ class Daemon {
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
   LogPlace springs_log_{log_places_, LogLevel::warn,
                         "springs too stiff for the tick: a part of it by impulses"};
+  LogPlace crowd_log_{log_places_, LogLevel::warn,
+                      "too many bodies in one place: pairs are left out"};
   LogPlace rival_log_{log_places_, LogLevel::error,
                       "heartbeats of another daemon of this world, or of a recording"};
   LogPlace rival_gone_log_{log_places_, LogLevel::info,

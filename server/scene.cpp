@@ -6,6 +6,7 @@
 #include <set>
 
 #include "protocol/validate.h"
+#include "server/collision/broad_phase.h"
 #include "server/dynamics/mass_properties.h"
 #include "server/scene_forces.h"
 #include "server/scene_lattice.h"
@@ -18,8 +19,8 @@ namespace {
 
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
 constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
-constexpr std::string_view kWorldKeys[] = {"rate_hz",      "sub_steps", "planar",
-                                           "gravity_mps2", "solver",    "scheme"};
+constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps", "planar",     "gravity_mps2",
+                                           "solver",  "scheme",    "broad_phase"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -113,6 +114,7 @@ WorldSettings read_settings(const TomlTable& table) {
   if (settings.is_planar) refuse(table, "gravity_mps2", out_of_plane_gravity(settings.gravity_W));
   read_name(table, "solver", solver_names(), settings.solver);
   read_name(table, "scheme", scheme_names(), settings.scheme);
+  read_name(table, "broad_phase", broad_phase_names(), settings.broad_phase);
   return settings;
 }
 

@@ -60,6 +60,7 @@ struct Summary {
   std::int64_t quarantined = 0;
   std::int64_t not_colliding = 0;  ///< bodies of shapes that do not collide yet
   StepReport last_step;
+  std::int64_t crowded_max = 0;  ///< StepReport::crowded, of all ticks
   double penetration_max_m = 0;  ///< of all ticks
   Totals totals;
   std::array<std::uint8_t, 8> hash{};

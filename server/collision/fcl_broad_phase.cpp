@@ -5,33 +5,21 @@
 // - We set the boxes: FCL's own box of a rotated object is that of its bounding sphere.
 // - The tree is rebuilt now and then: update() only refits it, and it decays without bound.
 // - Pairs are sorted: FCL's order depends on hashes of pointers and on the tree's history.
-// - Only boxes within kReach enter: where the square of an extent overflows, FCL's tree builder
+// - Only usable boxes enter: where the square of an extent overflows, FCL's tree builder
 //   follows an uninitialised iterator, and infinities and NaN are no better.
 // Which pairs come out does not depend on the tree: FCL compares the boxes of the leaves exactly.
 // Cost: 0.2 .. 0.5 us a body, beside planes x boxes.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 
 #include <algorithm>
-#include <numeric>
 
-#include "server/collision/broad_phase.h"
+#include "server/collision/crowd.h"
+#include "server/collision/pair_rules.h"
 
 namespace cradle {
 namespace {
 
 constexpr int kCallsPerTree = 20;  // the tree has then lost a third of its speed
-constexpr double kReach = 1e100;   // m
-
-bool is_usable(const Aabb& box) {
-  return !box.is_empty() && (box.lower.array() >= -kReach).all() &&
-         (box.upper.array() <= kReach).all();
-}
-
-/// The lowest corner of the box along the plane's normal is in the solid, or on its boundary.
-bool overlaps(const Aabb& box, const Plane& plane) {
-  const auto& n = plane.normal_W.array();
-  return (n * box.lower.array()).min(n * box.upper.array()).sum() <= plane.offset;
-}
 
 /// What FCL sees of a slot: a box and no geometry.
 class Leaf : public fcl::CollisionObjectd {
@@ -52,26 +40,35 @@ class Leaf : public fcl::CollisionObjectd {
 
 class FclBroadPhase final : public BroadPhase {
  public:
-  void find_pairs(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) override {
+  BroadPhaseReport find_pairs(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) override {
     pairs.clear();
+    const std::size_t most = pairs_max(input.boxes.size());
     const bool tree_fits = update_leaves(input.boxes) && !input.renumbered;
     if (tree_fits && ++calls_ < kCallsPerTree) {
       tree_.update();
     } else {
       rebuild_tree();
     }
-    Collector collector{input.moves, pairs};
+    Collector collector{input.moves, pairs, most};
     tree_.collide(&collector, &collect);
-    for (const Plane& plane : input.planes) add_plane_pairs(plane, input, pairs);
-    sort(input.boxes.size(), pairs);
+    add_plane_pairs(input, most, pairs);
+    if (pairs.size() > most) return find_crowd_pairs(input, pairs);  // the rule is not FCL's
+    sorter_.sort(input.boxes.size(), pairs);
+    BroadPhaseReport report;
+    report.method = "fcl";
+    report.boxes_seen = collector.seen;
+    return report;
   }
 
  private:
   struct Collector {
     std::span<const std::uint8_t> moves;
     std::vector<BodyPair>& pairs;
+    std::size_t most;
+    std::int64_t seen = 0;
 
     void add(std::int32_t i, std::int32_t j) {
+      ++seen;
       const auto [a, b] = std::minmax(i, j);
       if (moves[static_cast<std::size_t>(a)] || moves[static_cast<std::size_t>(b)]) {
         pairs.push_back({a, b});
@@ -80,10 +77,10 @@ class FclBroadPhase final : public BroadPhase {
   };
 
   /// FCL calls this for each pair of leaves whose boxes overlap; false: go on.
-  static bool collect(fcl::CollisionObjectd* one, fcl::CollisionObjectd* other, void* collector) {
-    static_cast<Collector*>(collector)->add(static_cast<Leaf*>(one)->slot(),
-                                            static_cast<Leaf*>(other)->slot());
-    return false;
+  static bool collect(fcl::CollisionObjectd* one, fcl::CollisionObjectd* other, void* context) {
+    Collector& collector = *static_cast<Collector*>(context);
+    collector.add(static_cast<Leaf*>(one)->slot(), static_cast<Leaf*>(other)->slot());
+    return collector.pairs.size() > collector.most;
   }
 
   /// Gives each leaf its box. False if other leaves belong into the tree than are in it.
@@ -119,40 +116,10 @@ class FclBroadPhase final : public BroadPhase {
     tree_.registerObjects(objects_);
   }
 
-  static void add_plane_pairs(const Plane& plane, const BroadPhaseInput& input,
-                              std::vector<BodyPair>& pairs) {
-    Collector collector{input.moves, pairs};
-    for (std::size_t slot = 0; slot < input.boxes.size(); ++slot) {
-      const Aabb& box = input.boxes[slot];
-      if (is_usable(box) && overlaps(box, plane)) {
-        collector.add(plane.slot, static_cast<std::int32_t>(slot));
-      }
-    }
-  }
-
-  /// Sorts by counting the pairs of each first slot, then each such row by itself: for tens of
-  /// thousands of short rows a fifth of the time of std::sort on all.
-  void sort(std::size_t slots, std::vector<BodyPair>& pairs) {
-    row_ends_.assign(slots + 1, 0);
-    for (const BodyPair& pair : pairs) ++row_ends_[static_cast<std::size_t>(pair.a) + 1];
-    std::partial_sum(row_ends_.begin(), row_ends_.end(), row_ends_.begin());
-    unsorted_.assign(pairs.begin(), pairs.end());
-    for (const BodyPair& pair : unsorted_) {
-      pairs[row_ends_[static_cast<std::size_t>(pair.a)]++] = pair;
-    }
-    auto row = pairs.begin();
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(row_ends_[slot]);
-      std::sort(row, end);
-      row = end;
-    }
-  }
-
   std::vector<Leaf> leaves_;                     // one a slot
   std::vector<fcl::CollisionObjectd*> objects_;  // those in the tree
   fcl::DynamicAABBTreeCollisionManagerd tree_;
-  std::vector<BodyPair> unsorted_;
-  std::vector<std::size_t> row_ends_;
+  PairSorter sorter_;
   int calls_ = 0;  // since the tree was built
 };
 

@@ -19,6 +19,8 @@ struct WorldSettings {
   /// The full model: each free body goes through every term of its equations, at four times the
   /// rate that the fastest of them needs. To compare with; `cradled explain` bounds the difference.
   bool is_full = false;
+  /// A name of broad_phase_names(). All find the same pairs: it is no part of the hash.
+  std::string broad_phase = "kept";
   std::int64_t bodies_max = limits::kBodies;
   std::int64_t wrenches_max = limits::kWrenches;
 };

@@ -44,12 +44,14 @@ struct World::State {
   std::vector<Event> events;
   std::int64_t quarantined = 0;
   Loads loads;
-  std::vector<std::int32_t> colliders;  ///< slots of bodies that can touch, ascending
-  std::vector<Pose> poses;              ///< by slot, of colliders
-  std::vector<Aabb> boxes;              ///< of colliders, in their order
-  std::vector<std::uint8_t> moves;      ///< likewise
+  std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
+  std::vector<std::int64_t> collider_ids;  ///< of them
+  std::vector<Pose> poses;                 ///< by slot, of colliders
+  std::vector<Aabb> boxes;                 ///< of colliders, in their order
+  std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
+  BroadPhaseReport culling;
   std::vector<Manifold> manifolds;
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact

@@ -34,13 +34,14 @@ World::State::State(const WorldSettings& s)
     : settings(s),
       dt(1 / s.rate_hz),
       gravity_W(to_eigen(s.gravity_W)),
-      broad_phase(make_fcl_broad_phase()),
+      broad_phase(make_broad_phase(s.broad_phase)),
       solver(make_contact_solver(s.solver)),
       scheme(find_scheme(s.scheme)) {
   assert(s.rate_hz > 0 && s.sub_steps >= 1);
   assert((!s.is_planar || s.gravity_W.z == 0) && "gravity of a planar world lies in it");
   assert(solver != nullptr && "settings name a solver of solver_names()");
   assert(scheme != nullptr && "settings name a scheme of scheme_names()");
+  assert(broad_phase != nullptr && "settings name one of broad_phase_names()");
 }
 
 BodyArrays World::State::arrays() {

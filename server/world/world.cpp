@@ -67,10 +67,12 @@ StepReport World::step() {
 /// Who can collide, and room for what they need. Others cost nothing from here on.
 void World::Steps::list_colliders(State& s) {
   s.colliders.clear();
+  s.collider_ids.clear();
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     const ShapeKind kind = s.bodies.shape[i].kind;
     if (kind != ShapeKind::none && s.can_collide(kind)) {
       s.colliders.push_back(static_cast<std::int32_t>(i));
+      s.collider_ids.push_back(s.bodies.id[i]);
     }
   }
   s.boxes.resize(s.colliders.size());
@@ -102,7 +104,8 @@ void World::Steps::find_pairs(State& s) {
     s.boxes[k] =
         swept(bounds(s.bodies.shape[i], s.poses[i]), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
   }
-  s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered}, s.pairs);
+  s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
+                                        s.pairs);
   for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
   s.renumbered = false;
 }
@@ -186,6 +189,8 @@ StepReport World::Steps::report(const State& s) {
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
   report.springs_unconverged = s.springs_unconverged;
+  report.pairs_by = s.culling.method;
+  report.crowded = s.culling.crowded;
   return report;
 }
 

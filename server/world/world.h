@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/command.h"
@@ -38,6 +39,10 @@ struct StepReport {
   double penetration_mean_m = 0;
   int bodies_in_contact = 0;    ///< that were sub-stepped
   int springs_unconverged = 0;  ///< parts of the tick that impulses did
+  std::string_view pairs_by;    ///< how pairs were found, in a word: BroadPhaseReport::method
+  /// Bodies in more pairs than are kept where too many are in one place: some of these pairs are
+  /// left out, and touch nothing.
+  std::int64_t crowded = 0;
 };
 
 /// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.

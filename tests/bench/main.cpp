@@ -3,12 +3,14 @@
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <utility>
 
 #include "server/dynamics/free_flight.h"
 #include "server/exit_code.h"
 #include "server/thread_pool.h"
 #include "server/trace.h"
 #include "server/world/world.h"
+#include "tests/bench/broad.h"
 #include "tests/bench/precision_report.h"
 #include "tests/bench/report.h"
 
@@ -18,17 +20,23 @@ using namespace cradle;
 using namespace cradle::bench;
 
 constexpr const char* kAll = "all";
+constexpr const char* kBroad = "broad";
 
 void list() {
   for (const Case& one : cases()) {
     std::cout << std::left << std::setw(5) << one.name << std::setw(47) << one.about
               << std::setw(42) << one.error_kind << one.scene_file << '\n';
   }
+  for (const BroadCase& one : broad_cases()) {
+    std::cout << std::left << std::setw(15) << one.name << one.about << '\n';
+  }
 }
 
 std::vector<std::string> scene_names() {
   std::vector<std::string> names{kAll};
   for (const Case& one : cases()) names.emplace_back(one.name);
+  names.emplace_back(kBroad);
+  for (const BroadCase& one : broad_cases()) names.emplace_back(one.name);
   return names;
 }
 
@@ -36,10 +44,19 @@ void run_all(const std::vector<std::string>& names, const Options& options,
              const std::string& csv_file) {
   const Format format = csv_file.empty() ? Format::table : Format::csv;
   Output output(csv_file.empty() ? "-" : csv_file);
-  output.write(header(format));
+  std::string head = header(format);
   for (const std::string& name : names) {
     for (const Case& one : cases()) {
-      if (name == kAll || name == one.name) output.write(line(format, run(one, options)));
+      if (name != kAll && name != one.name) continue;
+      output.write(std::exchange(head, "") + line(format, run(one, options)));
+    }
+  }
+  const bool is_second = head.empty();
+  head = (is_second ? "\n" : "") + broad_header(format);
+  for (const std::string& name : names) {
+    for (const BroadCase& one : broad_cases()) {
+      if (name != kBroad && name != one.name) continue;
+      output.write(std::exchange(head, "") + line(format, run(one)));
     }
   }
   output.finish();
@@ -60,7 +77,8 @@ int main(int argc, char** argv) {
   bool only_list = false;
   std::string report_folder;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
-  app.add_option("scene", names, "Scenes by name, or all")->check(CLI::IsMember(scene_names()));
+  app.add_option("scene", names, "Scenes by name, or all; rows broad:* by name, or broad")
+      ->check(CLI::IsMember(scene_names()));
   app.add_option("--method", options.method, "Contact solver; default: what the scene says")
       ->check(CLI::IsMember(solver_names()));
   app.add_option("--dt", options.dt_s, "Seconds a tick")

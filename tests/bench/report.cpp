@@ -1,23 +1,12 @@
 #include "tests/bench/report.h"
 
-#include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "server/trace.h"
+#include "tests/bench/table.h"
 
 namespace cradle::bench {
 namespace {
-
-struct Column {
-  std::string_view name;
-  std::size_t width;  // in the table
-};
 
 constexpr Column kColumns[] = {{"scene", 5},
                                {"engine", 6},
@@ -38,46 +27,14 @@ constexpr Column kColumns[] = {{"scene", 5},
                                {"penetration_mean_m", 18},
                                {"hash", 16}};
 
-constexpr int kDigits = 4;  // of a number in the table
-
-std::string text_of(double value, Format format) {
-  if (std::isnan(value)) return "nan";  // whatever its sign
-  std::array<char, 32> text;            // the shortest form of a double has at most 24
-  const auto end = format == Format::csv ? std::to_chars(text.begin(), text.end(), value)
-                                         : std::to_chars(text.begin(), text.end(), value,
-                                                         std::chars_format::general, kDigits);
-  return {text.begin(), end.ptr};
-}
-
-std::string text_of(const std::optional<double>& value, Format format) {
-  return value ? text_of(*value, format) : std::string();
-}
-
-std::string joined(const std::vector<std::string>& cells, Format format) {
-  std::string text;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (format == Format::csv) {
-      text += (i > 0 ? "," : "") + csv_field(cells[i]);
-      continue;
-    }
-    text += cells[i];
-    const std::size_t rest = kColumns[i].width - std::min(kColumns[i].width, cells[i].size());
-    if (i + 1 < cells.size()) text.append(rest + 2, ' ');
-  }
-  return text + '\n';
-}
-
 }  // namespace
 
-std::string header(Format format) {
-  std::vector<std::string> names;
-  for (const Column& column : kColumns) names.emplace_back(column.name);
-  return joined(names, format);
-}
+std::string header(Format format) { return names_line(kColumns, format); }
 
 std::string line(Format format, const Row& row) {
   const auto text = [&](const auto& value) { return text_of(value, format); };
-  return joined(
+  return cells_line(
+      kColumns,
       {row.scene, row.engine, row.method, text(row.dt_s), std::to_string(row.sub_steps),
        std::to_string(row.threads), std::to_string(row.lanes), text(row.us_per_tick.median_us),
        text(row.us_per_tick.mean_us), text(row.us_per_tick.p99_us), text(row.ns_per_body),

@@ -99,12 +99,19 @@ std::vector<BodyPair> pairs_of(BroadPhase& broad_phase, const BroadPhaseInput& i
 
 const Aabb kUnitBox{{0, 0, 0}, {1, 1, 1}};
 
+/// Sections of a test, one a broad phase.
+std::unique_ptr<BroadPhase> each_broad_phase() {
+  const std::string name = GENERATE(from_range(broad_phase_names()));
+  UNSCOPED_INFO(name);
+  return make_broad_phase(name);
+}
+
 }  // namespace
 
 TEST_CASE(
     "the broad phase finds the pairs of brute force while bodies move, come, go and turn bad") {
   Scene scene(160);
-  const auto broad_phase = make_fcl_broad_phase();
+  const auto broad_phase = each_broad_phase();
   std::size_t most = 0;
   for (int step = 0; step < 300; ++step) {
     CAPTURE(step);
@@ -134,16 +141,16 @@ TEST_CASE(
 
 TEST_CASE("the pairs do not depend on earlier calls") {
   Scene scene(100);
-  const auto old = make_fcl_broad_phase();
+  const auto old = each_broad_phase();
   for (int step = 0; step < 50; ++step) {
     scene.step();
-    const auto expected = pairs_of(*make_fcl_broad_phase(), scene.input());
+    const auto expected = scene.brute_force();
     REQUIRE(pairs_of(*old, scene.input()) == expected);
   }
 }
 
 TEST_CASE("the broad phase bears no boxes, one box, and boxes that all vanish") {
-  const auto broad_phase = make_fcl_broad_phase();
+  const auto broad_phase = each_broad_phase();
   std::vector<Aabb> boxes;
   std::vector<std::uint8_t> moves;
   const auto pairs = [&] { return pairs_of(*broad_phase, {boxes, moves, {}, false}); };
@@ -162,7 +169,7 @@ TEST_CASE("the broad phase bears no boxes, one box, and boxes that all vanish") 
 }
 
 TEST_CASE("boxes that touch are a pair, boxes one rounding apart are none") {
-  const auto broad_phase = make_fcl_broad_phase();
+  const auto broad_phase = each_broad_phase();
   const Vector beside(1, 0, 0), off(std::nextafter(1.0, 2.0), 0, 0);
   const std::vector<std::uint8_t> moves{1, 1};
   std::vector<Aabb> boxes{kUnitBox, {beside, beside + Vector::Ones()}};
@@ -172,7 +179,7 @@ TEST_CASE("boxes that touch are a pair, boxes one rounding apart are none") {
 }
 
 TEST_CASE("two slots that do not move are no pair, be they boxes or planes") {
-  const auto broad_phase = make_fcl_broad_phase();
+  const auto broad_phase = each_broad_phase();
   const std::vector<Aabb> boxes{kUnitBox, kUnitBox, kUnitBox, {}};
   const std::vector<std::uint8_t> moves{0, 0, 1, 0};
   const std::vector<Plane> planes{{3, Vector::UnitZ(), 0}};
@@ -192,7 +199,7 @@ TEST_CASE("boxes that are not finite, or huge beyond measure, meet nothing") {
   const std::vector<std::uint8_t> moves(boxes.size(), 1);
   const std::vector<Plane> planes{{2, Vector::UnitZ(), 0}};
   const std::vector<BodyPair> expected{{0, 1}, {0, 2}, {1, 2}};
-  const auto broad_phase = make_fcl_broad_phase();
+  const auto broad_phase = each_broad_phase();
   for (int call = 0; call < 50; ++call) {
     REQUIRE(pairs_of(*broad_phase, {boxes, moves, planes, false}) == expected);
   }

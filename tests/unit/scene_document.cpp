@@ -117,7 +117,9 @@ bool is_same(const Scene& a, const Scene& b) {
   };
   return a.settings.rate_hz == b.settings.rate_hz && a.settings.sub_steps == b.settings.sub_steps &&
          a.settings.gravity_W == b.settings.gravity_W && a.settings.solver == b.settings.solver &&
-         a.settings.scheme == b.settings.scheme && a.bodies == b.bodies && a.drags == b.drags &&
+         a.settings.scheme == b.settings.scheme &&
+         a.settings.broad_phase == b.settings.broad_phase && a.bodies == b.bodies &&
+         a.drags == b.drags &&
          std::equal(a.springs.begin(), a.springs.end(), b.springs.begin(), b.springs.end(),
                     is_same_spring) &&
          std::equal(a.geometries.begin(), a.geometries.end(), b.geometries.begin(),

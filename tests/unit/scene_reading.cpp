@@ -38,11 +38,13 @@ TEST_CASE("an empty scene is a world of default settings without bodies") {
 
 TEST_CASE("the settings of the world are read") {
   const Scene scene = scene_of(
-      "[world]\nrate_hz = 240.5\nsub_steps = 7\ngravity_mps2 = [1, 2.5, -3]\nsolver = 'soft'\n");
+      "[world]\nrate_hz = 240.5\nsub_steps = 7\ngravity_mps2 = [1, 2.5, -3]\nsolver = 'soft'\n"
+      "broad_phase = 'fcl'\n");
   CHECK(scene.settings.rate_hz == 240.5);
   CHECK(scene.settings.sub_steps == 7);
   CHECK(scene.settings.gravity_W == Vec3{1, 2.5, -3});
   CHECK(scene.settings.solver == "soft");
+  CHECK(scene.settings.broad_phase == "fcl");
 }
 
 TEST_CASE("every key of a body is read") {

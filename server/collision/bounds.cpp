@@ -2,20 +2,69 @@
 
 #include <cmath>
 
+#include "server/collision/convex_shape.h"
+
 namespace cradle {
 namespace {
 
-/// Half the edges of the box in W of a posed shape, m.
-Vector half_edges(const Shape& shape, const Pose& X_WB) {
-  if (shape.kind == ShapeKind::sphere) return Vector::Constant(shape.radius_m());
-  return X_WB.R.cwiseAbs() * to_eigen(shape.half_extents_m());
+/// How far a disc of radius 1 about z of B reaches along each axis of W.
+Vector shadow_of_disc(const Matrix& R) { return R.leftCols<2>().rowwise().norm(); }
+
+/// Of shapes that are alike on both sides of Bo: half the edges of the box in W, m.
+Vector half_edges(const Shape& shape, const Matrix& R) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return Vector::Constant(shape.radius_m());
+    case ShapeKind::box:
+      return R.cwiseAbs() * to_eigen(shape.half_extents_m());
+    case ShapeKind::capsule:
+      return (R.col(2).cwiseAbs() * shape.half_length_m()).array() + shape.radius_m();
+    case ShapeKind::ellipsoid:
+      return (R * to_eigen(shape.half_extents_m()).asDiagonal()).rowwise().norm();
+    default:  // cylinder
+      return R.col(2).cwiseAbs() * shape.half_length_m() + shape.radius_m() * shadow_of_disc(R);
+  }
+}
+
+Aabb bounds_of_cone(const Shape& cone, const Pose& X_WB) {
+  const Vector tip = X_WB.x + X_WB.R.col(2) * cone.half_length_m();
+  const Vector base = X_WB.x - X_WB.R.col(2) * cone.half_length_m();
+  const Vector disc = cone.radius_m() * shadow_of_disc(X_WB.R);
+  return {tip.cwiseMin(base - disc), tip.cwiseMax(base + disc)};
+}
+
+Aabb bounds_of_hull(const Collider& collider) {
+  if (collider.hull() == nullptr) return {};
+  const ConvexShape hull(collider);
+  const Pose& X = collider.X_WB;
+  Aabb box;
+  std::int32_t hint = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector along_B = X.R.row(axis).transpose();
+    box.upper[axis] = X.x[axis] + along_B.dot(hull.support(along_B, hint));
+    box.lower[axis] = X.x[axis] + along_B.dot(hull.support(-along_B, hint));
+  }
+  return box;
 }
 
 }  // namespace
 
-Aabb bounds(const Shape& shape, const Pose& X_WB) {
-  if (shape.kind != ShapeKind::sphere && shape.kind != ShapeKind::box) return {};
-  const Vector half = half_edges(shape, X_WB);
+Aabb bounds(const Collider& collider) {
+  const Pose& X_WB = collider.X_WB;
+  switch (collider.shape.kind) {
+    case ShapeKind::none:
+    case ShapeKind::half_space:
+    case ShapeKind::mesh:
+    case ShapeKind::compound:
+      return {};
+    case ShapeKind::cone:
+      return bounds_of_cone(collider.shape, X_WB);
+    case ShapeKind::hull:
+      return bounds_of_hull(collider);
+    default:
+      break;
+  }
+  const Vector half = half_edges(collider.shape, X_WB.R);
   return {X_WB.x - half, X_WB.x + half};
 }
 

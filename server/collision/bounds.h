@@ -1,12 +1,14 @@
 /// Boxes around shapes.
 #pragma once
 
-#include "server/collision/stored_geometry.h"
+#include "server/collision/collider.h"
 
 namespace cradle {
 
-/// The tight box of a posed shape; empty for `none` and for `half_space`.
-Aabb bounds(const Shape& shape, const Pose& X_WB);
+/// The tight box of a posed shape; empty for what has no end or nothing to collide with: `none`,
+/// `half_space`, `mesh` and `compound`, and a hull without its geometry.
+Aabb bounds(const Collider& collider);
+inline Aabb bounds(const Shape& shape, const Pose& X_WB) { return bounds(Collider{shape, X_WB}); }
 
 /// `box` grown by `margin` (m) on all sides and stretched along `displacement` (m).
 Aabb swept(const Aabb& box, const Vector& displacement, double margin);

@@ -133,11 +133,12 @@ double length_scale(const Boxes& b) {
 
 }  // namespace
 
-Manifold box_box(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
-                 double margin) {
+Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
+  const Pose& X_WA = box_A.X_WB;
+  const Pose& X_WB = box_B.X_WB;
   Boxes boxes;
-  boxes.h_A = to_eigen(shape_A.half_extents_m());
-  boxes.h_B = to_eigen(shape_B.half_extents_m());
+  boxes.h_A = to_eigen(box_A.shape.half_extents_m());
+  boxes.h_B = to_eigen(box_B.shape.half_extents_m());
   boxes.t = X_WA.R.transpose() * (X_WB.x - X_WA.x);
   boxes.C = X_WA.R.transpose() * X_WB.R;
   boxes.abs_C = boxes.C.cwiseAbs();

@@ -148,6 +148,7 @@ ConvexHull compact(std::vector<Loop> faces, std::span<const Vector> points) {
     for (const std::int32_t v : loop) hull.loops.push_back(number[index(v)]);
     hull.first.push_back(static_cast<std::int32_t>(hull.loops.size()));
   }
+  complete(hull);
   return hull;
 }
 

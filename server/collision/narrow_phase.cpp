@@ -8,27 +8,51 @@
 namespace cradle {
 namespace {
 
-Manifold no_contact(const Shape&, const Pose&, const Shape&, const Pose&, double) { return {}; }
+Manifold no_contact(const Collider&, const Collider&, double) { return {}; }
 
 /// A closed form with its arguments the other way round: the one place where bodies are swapped and
 /// the normal turned back.
 template <PairFunction kFunction>
-Manifold swapped(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
-                 double margin) {
-  Manifold manifold = kFunction(shape_B, X_WB, shape_A, X_WA, margin);
+Manifold swapped(const Collider& A, const Collider& B, double margin) {
+  Manifold manifold = kFunction(B, A, margin);
   manifold.normal_W = -manifold.normal_W;
   return manifold;
 }
 
-constexpr std::size_t kKinds = 4;
+constexpr std::size_t kKinds = 9;
 
 // clang-format off
 constexpr PairFunction kPairTable[kKinds][kKinds] = {
-    // B: none    sphere                      box                      half_space            A:
-    {no_contact, no_contact,                 no_contact,              no_contact},         // none
-    {no_contact, sphere_sphere,              sphere_box,              sphere_half_space},  // sphere
-    {no_contact, swapped<sphere_box>,        box_box,                 box_half_space},     // box
-    {no_contact, swapped<sphere_half_space>, swapped<box_half_space>, no_contact},         // half_space
+    // A: none
+    {no_contact, no_contact, no_contact, no_contact, no_contact, no_contact, no_contact, no_contact,
+     no_contact},
+    // A: sphere; B: none, sphere, box, half_space, capsule, cylinder, cone, ellipsoid, hull
+    {no_contact, sphere_sphere, sphere_box, sphere_half_space, convex_convex, convex_convex,
+     convex_convex, convex_convex, convex_convex},
+    // A: box
+    {no_contact, swapped<sphere_box>, box_box, box_half_space, convex_convex, convex_convex,
+     convex_convex, convex_convex, convex_convex},
+    // A: half_space
+    {no_contact, swapped<sphere_half_space>, swapped<box_half_space>, no_contact,
+     swapped<convex_half_space>, swapped<convex_half_space>, swapped<convex_half_space>,
+     swapped<convex_half_space>, swapped<convex_half_space>},
+    // A: capsule
+    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space, convex_convex,
+     convex_convex, convex_convex, convex_convex, convex_convex},
+    // A: cylinder
+    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
+     swapped<convex_convex>, convex_convex, convex_convex, convex_convex, convex_convex},
+    // A: cone
+    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
+     swapped<convex_convex>, swapped<convex_convex>, convex_convex, convex_convex, convex_convex},
+    // A: ellipsoid
+    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
+     swapped<convex_convex>, swapped<convex_convex>, swapped<convex_convex>, convex_convex,
+     convex_convex},
+    // A: hull
+    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
+     swapped<convex_convex>, swapped<convex_convex>, swapped<convex_convex>, swapped<convex_convex>,
+     convex_convex},
 };
 // clang-format on
 
@@ -36,12 +60,14 @@ constexpr PairFunction kPairTable[kKinds][kKinds] = {
 
 bool can_collide(ShapeKind kind) { return static_cast<std::size_t>(kind) < kKinds; }
 
-Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& shape_B, const Pose& X_WB,
-                 double margin) {
-  const auto row = static_cast<std::size_t>(shape_A.kind);
-  const auto column = static_cast<std::size_t>(shape_B.kind);
+Manifold collide(const Collider& A, const Collider& B, double margin) {
+  const auto row = static_cast<std::size_t>(A.shape.kind);
+  const auto column = static_cast<std::size_t>(B.shape.kind);
   if (row >= kKinds || column >= kKinds) return {};
-  return kPairTable[row][column](shape_A, X_WA, shape_B, X_WB, margin);
+  for (const Collider* one : {&A, &B}) {
+    if (one->shape.kind == ShapeKind::hull && one->hull() == nullptr) return {};
+  }
+  return kPairTable[row][column](A, B, margin);
 }
 
 }  // namespace cradle

@@ -25,38 +25,39 @@ Manifold sphere_contact(const Vector& c_W, double radius, const Vector& n_W, dou
 
 }  // namespace
 
-Manifold sphere_sphere(const Shape& sphere_A, const Pose& X_WA, const Shape& sphere_B,
-                       const Pose& X_WB, double margin) {
-  const Vector between = X_WB.x - X_WA.x;
+Manifold sphere_sphere(const Collider& A, const Collider& B, double margin) {
+  const Vector between = B.X_WB.x - A.X_WB.x;
   const double distance = between.norm();
   const bool coincident = distance < kTolerances.coincident_m;
   const Vector n_W = coincident ? Vector(Vector::UnitZ()) : Vector(between / distance);
-  const double separation = distance - sphere_A.radius_m() - sphere_B.radius_m();
-  return sphere_contact(X_WA.x, sphere_A.radius_m(), n_W, separation, margin);
+  const double separation = distance - A.shape.radius_m() - B.shape.radius_m();
+  return sphere_contact(A.X_WB.x, A.shape.radius_m(), n_W, separation, margin);
 }
 
-Manifold sphere_box(const Shape& sphere, const Pose& X_WA, const Shape& box, const Pose& X_WB,
-                    double margin) {
-  const Vector h = to_eigen(box.half_extents_m());
-  const Vector c_B = X_WB.R.transpose() * (X_WA.x - X_WB.x);
+Manifold sphere_box(const Collider& sphere, const Collider& box, double margin) {
+  const Vector& c_W = sphere.X_WB.x;
+  const Pose& X_WB = box.X_WB;
+  const Vector h = to_eigen(box.shape.half_extents_m());
+  const Vector c_B = X_WB.R.transpose() * (c_W - X_WB.x);
   const Vector to_box_B = c_B.cwiseMax(-h).cwiseMin(h) - c_B;
   const double distance = to_box_B.norm();
-  const double radius = sphere.radius_m();
+  const double radius = sphere.shape.radius_m();
   if (distance > kTolerances.coincident_m) {
     const Vector n_W = X_WB.R * (to_box_B / distance);
-    return sphere_contact(X_WA.x, radius, n_W, distance - radius, margin);
+    return sphere_contact(c_W, radius, n_W, distance - radius, margin);
   }
   int axis = 0;
   const double to_face = (h - c_B.cwiseAbs()).minCoeff(&axis);
   const Vector n_W = c_B[axis] < 0 ? Vector(X_WB.R.col(axis)) : Vector(-X_WB.R.col(axis));
-  return sphere_contact(X_WA.x, radius, n_W, -to_face - radius, margin);
+  return sphere_contact(c_W, radius, n_W, -to_face - radius, margin);
 }
 
-Manifold sphere_half_space(const Shape& sphere, const Pose& X_WA, const Shape&, const Pose& X_WB,
-                           double margin) {
-  const Vector up_W = X_WB.R.col(2);
-  const double separation = up_W.dot(X_WA.x - X_WB.x) - sphere.radius_m();
-  return sphere_contact(X_WA.x, sphere.radius_m(), -up_W, separation, margin);
+Manifold sphere_half_space(const Collider& sphere, const Collider& half_space, double margin) {
+  const Vector& c_W = sphere.X_WB.x;
+  const double radius = sphere.shape.radius_m();
+  const Vector up_W = half_space.X_WB.R.col(2);
+  const double separation = up_W.dot(c_W - half_space.X_WB.x) - radius;
+  return sphere_contact(c_W, radius, -up_W, separation, margin);
 }
 
 }  // namespace cradle

@@ -35,6 +35,18 @@ struct ConvexHull {
   std::vector<std::int32_t> first = {
       0};  ///< face f has the corners loops[first[f] .. first[f + 1]-1]
 
+  // The rest follows from the above; `complete` makes it.
+  std::vector<Vector> normals;        ///< of the faces, unit, outward
+  std::vector<double> offsets;        ///< m; face f lies in the plane normals[f] . p = offsets[f]
+  std::vector<std::int32_t> face_at;  ///< the face that a place in `loops` belongs to
+  std::vector<std::int32_t> edge_at;  ///< number of the edge from there to the loop's next corner
+  /// Places in `loops` where a face has vertex v: around[around_first[v] .. around_first[v + 1]-1]
+  std::vector<std::int32_t> around, around_first;
+  std::vector<std::int32_t> neighbours;  ///< of v: the next corner, for each of `around`
+  std::vector<std::int32_t> widest;      ///< the faces with most area, largest first, at most 256
+  Vector centre = Vector::Zero();        ///< m, mean of the vertices
+  double inner_radius = 0;               ///< m, of a ball about `centre` that the hull holds
+
   std::size_t face_count() const { return first.size() - 1; }
   std::span<const std::int32_t> face(std::size_t f) const {
     const auto begin = static_cast<std::size_t>(first[f]);
@@ -72,6 +84,9 @@ struct MadeGeometry {
 /// The convex hull. Refuses fewer than four points, points that are (nearly) in one plane, not
 /// finite or beyond the limits.
 MadeGeometry make_hull(std::span<const Vector> points);
+
+/// Fills in what follows from vertices and faces.
+void complete(ConvexHull& hull);
 
 /// Vertices at the same place become one; those that no triangle has are left out. Refuses what is
 /// no surface of a solid: triangles that disagree about which side is outside, an edge of three

@@ -37,6 +37,18 @@ struct CollisionTolerances {
   /// m. When four of more points are chosen, depths and distances closer than this count as equal,
   /// so that rounding does not choose. Test: "rounding does not choose among eight points".
   double tie_m = 1e-9;
+
+  /// Of any two convex shapes. A direction this near to the normal of a face, or of two edges, is
+  /// taken for it (it must overlap no more). Test: "faces that meet give their exact normal".
+  double sharpen_sine = 1e-4;
+
+  /// Faces that look along the normal to this cosine (0.8 degrees) are flush: only then corners
+  /// count as over a face that are outside by the slack. Test: "a flush stack keeps its features".
+  double flush_cosine = 0.9999;
+
+  /// m, scaled. A contact that misses the exact separation by less gets it; else the point where
+  /// the closest points were is added. Test: "the deepest separation is the overlap".
+  double witness_m = 1e-6;
 };
 
 inline constexpr CollisionTolerances kTolerances;

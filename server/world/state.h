@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/collision/broad_phase.h"
+#include "server/collision/collider.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
 #include "server/dynamics/contact_solver.h"
@@ -70,6 +71,13 @@ struct World::State {
   }
   BodyArrays arrays();
   FlightArrays flight_arrays();
+
+  /// What the narrow phase sees of a body, at its pose of this tick.
+  Collider collider(std::size_t i) const {
+    const Shape& shape = bodies.shape[i];
+    if (!is_stored(shape.kind)) return {shape, poses[i]};
+    return {shape, poses[i], geometries[static_cast<std::size_t>(shape.parameters[0]) - 1].get()};
+  }
 
   /// Calls `f(name, bytes)` for every part that influences the next tick.
   template <class F>

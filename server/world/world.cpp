@@ -101,8 +101,7 @@ void World::Steps::find_pairs(State& s) {
       s.planes.push_back({static_cast<std::int32_t>(k), normal, normal.dot(s.poses[i].x)});
       continue;
     }
-    s.boxes[k] =
-        swept(bounds(s.bodies.shape[i], s.poses[i]), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
+    s.boxes[k] = swept(bounds(s.collider(i)), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
   }
   s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
                                         s.pairs);
@@ -113,7 +112,6 @@ void World::Steps::find_pairs(State& s) {
 /// One manifold a pair, also for what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
   s.manifolds.resize(s.pairs.size());
-  const auto collide = s.settings.is_planar ? collide_in_plane : cradle::collide;
   executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const auto [a, b] = s.pairs[index(k)];
@@ -121,7 +119,9 @@ void World::Steps::collide(State& s, Executor& executor) {
       const std::size_t B = index(b);
       const double margin = kSpeculativeMargin_m + s.dt * (s.bodies.v[B] - s.bodies.v[A]).norm();
       s.manifolds[index(k)] =
-          collide(s.bodies.shape[A], s.poses[A], s.bodies.shape[B], s.poses[B], margin);
+          s.settings.is_planar
+              ? collide_in_plane(s.bodies.shape[A], s.poses[A], s.bodies.shape[B], s.poses[B], margin)
+              : cradle::collide(s.collider(A), s.collider(B), margin);
     }
   });
 }

@@ -1,0 +1,70 @@
+/// Two convex shapes as A sees them, and how far their cores are from each other. Private to this
+/// folder.
+///
+/// Everything in the frame of A, m. n is a direction from A to B.
+#pragma once
+
+#include "server/collision/convex_shape.h"
+
+namespace cradle {
+
+struct ConvexPair {
+  ConvexShape A, B;
+  Matrix R;       ///< turns vectors of B into A
+  Vector t;       ///< from Ao to Bo
+  Vector centre;  ///< from A's centre to B's
+
+  ConvexPair(const Collider& collider_A, const Collider& collider_B);
+
+  double radii() const { return A.radius + B.radius; }
+  /// Well below the size of the smaller shape.
+  double small_length() const { return 1e-3 * std::min(A.thickness, B.thickness); }
+};
+
+/// Support points found last: where hulls begin to search.
+struct SupportHints {
+  std::int32_t A = 0, B = 0;
+};
+
+/// A corner of the set of all a - b, and its a.
+struct Difference {
+  Vector w, a;
+};
+
+/// The pair's a and b for which n . (a - b) is largest.
+inline Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints) {
+  const Vector a = pair.A.support(n, hints.A);
+  const Vector b = pair.B.support(-(pair.R.transpose() * n), hints.B);
+  return {a - (pair.R * b + pair.t), a};
+}
+
+/// How far A's core reaches into that of B along n; negative: apart.
+inline double core_overlap(const ConvexPair& pair, const Vector& n, SupportHints& hints) {
+  return n.dot(support(pair, n, hints).w);
+}
+
+/// What the closest points of two cores tell.
+struct Closest {
+  enum class Kind { apart, overlapping, beyond_limit } kind = Kind::overlapping;
+  Vector n = Vector::Zero();    ///< unit, from A to B; if apart
+  double distance = 0;          ///< if apart
+  Vector p_A = Vector::Zero();  ///< closest point of A
+};
+
+/// The closest points of the cores, with B moved by `shift`. The search begins along `n`, a unit
+/// vector, and ends early where the cores are farther apart than `limit`.
+Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, double limit,
+                SupportHints& hints);
+
+/// The direction in which the cores overlap least, or, if they are apart, are farthest apart.
+struct LeastOverlap {
+  bool is_within_limit = false;  ///< false: farther apart than the limit, and the rest is nothing
+  Vector n = Vector::Zero();     ///< unit, from A to B
+  double overlap = 0;            ///< of the cores along n
+  Vector p_A = Vector::Zero();   ///< a point of A that touches B when B has been moved out along n
+};
+
+/// `limit` is a distance of the cores, m.
+LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints);
+
+}  // namespace cradle

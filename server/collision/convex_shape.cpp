@@ -1,0 +1,108 @@
+// Support points of the convex shapes in closed form; of hulls by climbing from vertex to vertex.
+#include "server/collision/convex_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cradle {
+namespace {
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+/// Hulls up to this size are searched from end to end: that is as quick, and never stops short.
+constexpr std::size_t kSearchedWhole = 16;
+
+Vector support_of_hull(const ConvexHull& hull, const Vector& d, std::int32_t& hint) {
+  double best = d.dot(hull.vertices[index(hint)]);
+  if (hull.vertices.size() <= kSearchedWhole) {
+    for (std::size_t v = 0; v < hull.vertices.size(); ++v) {
+      const double reach = d.dot(hull.vertices[v]);
+      if (reach > best) best = reach, hint = static_cast<std::int32_t>(v);
+    }
+    return hull.vertices[index(hint)];
+  }
+  // Uphill from vertex to vertex: on a convex surface a summit is the highest point.
+  for (std::int32_t from = -1; from != hint;) {
+    from = hint;
+    const auto begin = index(hull.around_first[index(from)]);
+    const auto end = index(hull.around_first[index(from) + 1]);
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::int32_t v = hull.neighbours[k];
+      const double reach = d.dot(hull.vertices[index(v)]);
+      if (reach > best) best = reach, hint = v;
+    }
+  }
+  return hull.vertices[index(hint)];
+}
+
+/// Where a disc about z of radius r reaches farthest along d: x and y.
+Eigen::Vector2d rim(double r, const Vector& d) {
+  const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
+  if (!(across > 0)) return Eigen::Vector2d::Zero();
+  return {r * (d.x() / across), r * (d.y() / across)};
+}
+
+}  // namespace
+
+ConvexShape::ConvexShape(const Collider& collider) : kind(collider.shape.kind) {
+  const Shape& shape = collider.shape;
+  size = to_eigen(shape.half_extents_m());
+  switch (kind) {
+    case ShapeKind::sphere:
+      radius = thickness = shape.radius_m();
+      return;
+    case ShapeKind::capsule:
+      radius = thickness = shape.radius_m();
+      return;
+    case ShapeKind::cylinder:
+      inner_radius = std::min(shape.radius_m(), shape.half_length_m());
+      break;
+    case ShapeKind::cone: {  // the inscribed ball
+      const double r = shape.radius_m(), h = 2 * shape.half_length_m();
+      inner_radius = r * h / (r + std::sqrt(r * r + h * h));
+      centre.z() = inner_radius - shape.half_length_m();
+      break;
+    }
+    case ShapeKind::hull:
+      hull = collider.hull();
+      inner_radius = hull->inner_radius;
+      centre = hull->centre;
+      break;
+    default:  // box, ellipsoid
+      inner_radius = size.minCoeff();
+      break;
+  }
+  thickness = inner_radius;
+}
+
+Vector ConvexShape::support(const Vector& d, std::int32_t& hint) const {
+  switch (kind) {
+    case ShapeKind::box:
+      return {d.x() < 0 ? -size.x() : size.x(), d.y() < 0 ? -size.y() : size.y(),
+              d.z() < 0 ? -size.z() : size.z()};
+    case ShapeKind::capsule:
+      return {0, 0, d.z() < 0 ? -size.y() : size.y()};
+    case ShapeKind::cylinder: {
+      const Eigen::Vector2d edge = rim(size.x(), d);
+      return {edge.x(), edge.y(), d.z() < 0 ? -size.y() : size.y()};
+    }
+    case ShapeKind::cone: {
+      const Eigen::Vector2d edge = rim(size.x(), d);
+      const double lead_of_tip = 2 * size.y() * d.z() - (edge.x() * d.x() + edge.y() * d.y());
+      if (lead_of_tip > 0) return {0, 0, size.y()};
+      return {edge.x(), edge.y(), -size.y()};
+    }
+    case ShapeKind::ellipsoid: {
+      const Vector stretched = size.cwiseProduct(d);
+      const double length = stretched.norm();
+      if (!(length > 0)) return {size.x(), 0, 0};
+      return size.cwiseProduct(stretched) / length;
+    }
+    case ShapeKind::hull:
+      return support_of_hull(*hull, d, hint);
+    default:
+      return Vector::Zero();
+  }
+}
+
+}  // namespace cradle

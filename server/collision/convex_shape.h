@@ -1,0 +1,30 @@
+/// Every convex shape with an inside, as a core grown by a radius: what the generic pair function
+/// asks of it. Private to this folder.
+///
+/// Lengths in m, in the frame B of the shape. The core of a sphere is a point, of a capsule a
+/// segment, of the others they themselves, with radius 0.
+#pragma once
+
+#include "server/collision/collider.h"
+
+namespace cradle {
+
+struct ConvexShape {
+  ShapeKind kind = ShapeKind::none;
+  Vector size = Vector::Zero();  ///< half extents or semi-axes; or radius, half length
+  const ConvexHull* hull = nullptr;
+  double radius = 0;               ///< that the core is grown by
+  Vector centre = Vector::Zero();  ///< well inside
+  double inner_radius = 0;         ///< of a ball about `centre` that the core holds
+  double thickness = 0;  ///< m, what counts as small beside the shape: half its least width
+
+  /// A hull must come with its geometry. Not for half-spaces, meshes and compounds.
+  explicit ConvexShape(const Collider& collider);
+
+  /// A point of the core that is farthest along `d`, which need not have unit length. `hint` is for
+  /// hulls: where the search begins, and then the vertex found. It changes time, not the result's
+  /// quality; it must be 0 at first.
+  Vector support(const Vector& d, std::int32_t& hint) const;
+};
+
+}  // namespace cradle

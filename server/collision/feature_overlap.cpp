@@ -1,0 +1,242 @@
+// Two convex polygons, lines or points over each other, as seen along z.
+//
+// Method: of two faces, one is the incident: each of its edges is clipped by the sides of the other
+// (Liang and Barsky 1984, as in box_faces.cpp), then corners of the other inside it are added. So
+// every corner of the common area appears once, named by what meets there. Heights are linear over
+// both faces, so the separation is least at one of these corners, and exact there: the contact of
+// two edges is where they cross, and needs no case of its own.
+// Two lines touch where they cross; where they are nearly parallel, at the ends of what they have
+// in common, too, less what their surfaces fall away to the side.
+#include "server/collision/feature_overlap.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cradle {
+namespace {
+
+constexpr int kMost = SupportFeature::kCornersMax;
+/// Sine of the angle between two lines up to which they are tried as parallel ones.
+constexpr double kNearlyParallel = 0.1;
+/// m. Two ends that are no farther apart than the crossing but for this do without it.
+constexpr double kAsDeep_m = 1e-9;
+
+std::uint32_t name_corner(bool of_B, std::uint32_t corner) {
+  return (of_B ? 2u : 1u) << 30 | corner;
+}
+std::uint32_t name_crossing(std::uint32_t edge_A, std::uint32_t edge_B) {
+  return 3u << 30 | edge_A << 15 | edge_B;
+}
+
+double cross(double ax, double ay, double bx, double by) { return ax * by - ay * bx; }
+
+/// A face as its sides bound it. Corners of a face that looks down run clockwise: `turn` is -1.
+struct Sides {
+  const SupportFeature& face;
+  double turn;
+  std::array<double, kMost> x, y;  // the unit normal of each side, outward
+
+  Sides(const SupportFeature& f, double direction) : face(f), turn(direction) {
+    for (std::size_t k = 0; k < size(); ++k) {
+      const Vector& p = face.corners[k];
+      const Vector& q = face.corners[k + 1 < size() ? k + 1 : 0];
+      const double ex = q.x() - p.x(), ey = q.y() - p.y();
+      const double length = std::sqrt(ex * ex + ey * ey);
+      const double scale = length > 0 ? turn / length : 0;
+      x[k] = ey * scale;
+      y[k] = -ex * scale;
+    }
+  }
+  std::size_t size() const { return static_cast<std::size_t>(face.count); }
+  double outside(std::size_t side, double px, double py) const {
+    return x[side] * (px - face.corners[side].x()) + y[side] * (py - face.corners[side].y());
+  }
+  bool holds(double px, double py) const {
+    for (std::size_t k = 0; k < size(); ++k) {
+      if (!(outside(k, px, py) < 0)) return false;
+    }
+    return true;
+  }
+  double height(double px, double py) const {
+    const Vector& n = face.normal;
+    const Vector& o = face.corners[0];
+    return o.z() - (n.x() * (px - o.x()) + n.y() * (py - o.y())) / n.z();
+  }
+};
+
+/// A face with what lies over it.
+class Clipper {
+ public:
+  Clipper(const Sides& reference, bool reference_is_A, const SupportFeature& incident, double slack,
+          FeatureContacts& contacts)
+      : sides_(reference),
+        is_A_(reference_is_A),
+        incident_(incident),
+        slack_(slack),
+        contacts_(contacts) {
+    for (std::size_t i = 0; i < corners(); ++i) {
+      for (std::size_t s = 0; s < sides_.size(); ++s) {
+        outside_[i][s] = sides_.outside(s, incident.corners[i].x(), incident.corners[i].y());
+      }
+    }
+  }
+
+  void add_edges() {
+    const bool is_line = corners() == 2;
+    for (std::size_t k = 0; k < (is_line ? 1 : corners()); ++k) add_edge(k, is_line);
+  }
+
+  void add_corners_of_reference(const Sides& incident) {
+    for (std::size_t k = 0; k < sides_.size(); ++k) {
+      const Vector& p = sides_.face.corners[k];
+      if (!incident.holds(p.x(), p.y()) || is_taken(p.x(), p.y())) continue;
+      add(p.x(), p.y(), p.z(), incident.height(p.x(), p.y()),
+          name_corner(!is_A_, sides_.face.corner_names[k]));
+    }
+  }
+
+ private:
+  std::size_t corners() const { return static_cast<std::size_t>(incident_.count); }
+
+  void add(double x, double y, double z_reference, double z_incident, std::uint32_t name) {
+    contacts_.add(x, y, is_A_ ? z_reference : z_incident, is_A_ ? z_incident : z_reference, name);
+  }
+  void add_incident(const Vector& p, std::uint32_t name) {
+    add(p.x(), p.y(), sides_.height(p.x(), p.y()), p.z(), name);
+  }
+  bool is_taken(double x, double y) const {
+    const auto used = std::span(contacts_.items).first(contacts_.count);
+    return std::ranges::any_of(used, [&](const FeatureContact& c) {
+      return std::abs(c.p.x() - x) <= slack_ && std::abs(c.p.y() - y) <= slack_;
+    });
+  }
+
+  /// Where the edge from corner `k` enters the face, and where it leaves it. Ends that are inside
+  /// are added as corners: each by the edge that starts there, and the end of a line by itself.
+  void add_edge(std::size_t k, bool is_line) {
+    const std::size_t next = k + 1 < corners() ? k + 1 : 0;
+    double enter = 0, leave = 1;
+    std::size_t enter_side = 0, leave_side = 0;
+    for (std::size_t s = 0; s < sides_.size(); ++s) {
+      const double d0 = outside_[k][s], d1 = outside_[next][s];
+      if (d0 > slack_ && d1 > slack_) return;
+      if (d0 > slack_) {
+        const double t = std::min(1.0, d0 / (d0 - d1));
+        if (t > enter) enter = t, enter_side = s;
+      } else if (d1 > slack_) {
+        const double t = std::max(0.0, d0 / (d0 - d1));
+        if (t < leave) leave = t, leave_side = s;
+      }
+    }
+    const Vector& p = incident_.corners[k];
+    const Vector& q = incident_.corners[next];
+    const auto crossing = [&](std::size_t side) {
+      const std::uint32_t mine = incident_.edge_names[k], other = sides_.face.edge_names[side];
+      return is_A_ ? name_crossing(other, mine) : name_crossing(mine, other);
+    };
+    const auto corner = [&](std::size_t i) {
+      return name_corner(is_A_, incident_.corner_names[i]);
+    };
+    if (enter <= leave && (enter < 1 || is_line)) {
+      add_incident(p + (q - p) * enter, enter > 0 ? crossing(enter_side) : corner(k));
+    }
+    if (enter < leave && leave < 1) add_incident(p + (q - p) * leave, crossing(leave_side));
+    if (is_line && enter < 1 && leave >= 1) add_incident(q, corner(next));
+  }
+
+  const Sides& sides_;
+  const bool is_A_;
+  const SupportFeature& incident_;
+  const double slack_;
+  FeatureContacts& contacts_;
+  std::array<std::array<double, kMost>, kMost> outside_;
+};
+
+/// What a line of that roundness falls away at `distance` beside it.
+double fall(double roundness, double distance) {
+  if (!(roundness > distance)) return distance > 0 ? distance : 0;
+  return roundness - std::sqrt(roundness * roundness - distance * distance);
+}
+
+void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slack,
+                   FeatureContacts& contacts) {
+  const Vector a = A.corners[1] - A.corners[0], b = B.corners[1] - B.corners[0];
+  const double length_A = a.head<2>().norm(), length_B = b.head<2>().norm();
+  if (!(length_A > 0 && length_B > 0)) return;
+  const Vector from = B.corners[0] - A.corners[0];
+  const double turn = cross(a.x(), a.y(), b.x(), b.y());
+  const double sine = std::abs(turn) / (length_A * length_B);
+
+  bool has_crossing = false;
+  double crossing_A = 0, crossing_B = 0;
+  if (sine > 1e-9) {
+    crossing_A = cross(from.x(), from.y(), b.x(), b.y()) / turn;
+    crossing_B = cross(from.x(), from.y(), a.x(), a.y()) / turn;
+    const double past_A = slack / length_A, past_B = slack / length_B;
+    has_crossing = crossing_A >= -past_A && crossing_A <= 1 + past_A && crossing_B >= -past_B &&
+                   crossing_B <= 1 + past_B;
+    crossing_A = std::clamp(crossing_A, 0.0, 1.0);
+    crossing_B = std::clamp(crossing_B, 0.0, 1.0);
+  }
+  const double z_A = A.corners[0].z() + a.z() * crossing_A;
+  const double z_B = B.corners[0].z() + b.z() * crossing_B;
+
+  if (sine < kNearlyParallel) {
+    // Along A: where each line's ends are, as fractions of A.
+    const double c = (a.x() * b.x() + a.y() * b.y()) / (length_A * length_A);
+    const double s0 = (a.x() * from.x() + a.y() * from.y()) / (length_A * length_A);
+    const double begin = std::max(0.0, std::min(s0, s0 + c));
+    const double end = std::min(1.0, std::max(s0, s0 + c));
+    bool as_deep = begin < end;
+    for (const double t : {begin, end}) {
+      if (!(begin < end)) break;
+      const double u = std::clamp((t - s0) / c, 0.0, 1.0);
+      const Vector p = A.corners[0] + a * t, q = B.corners[0] + b * u;
+      const double beside = (q - p).head<2>().norm();
+      const double drop = fall(A.roundness, beside / 2) + fall(B.roundness, beside / 2);
+      as_deep = as_deep && q.z() - p.z() + drop <= z_B - z_A + kAsDeep_m;
+      const bool is_end_of_A = t == 0 || t == 1;
+      contacts.add(0.5 * (p.x() + q.x()), 0.5 * (p.y() + q.y()), p.z() - drop, q.z(),
+                   is_end_of_A ? name_corner(false, A.corner_names[t > 0])
+                               : name_corner(true, B.corner_names[u > 0.5]));
+    }
+    if (as_deep) return;
+  }
+  if (!has_crossing) return;
+  const Vector p = A.corners[0] + a * crossing_A;
+  contacts.add(p.x(), p.y(), z_A, z_B, name_crossing(A.edge_names[0], B.edge_names[0]));
+}
+
+void overlap_faces(const SupportFeature& A, const SupportFeature& B, double slack,
+                   FeatureContacts& contacts) {
+  const Sides sides_A(A, 1), sides_B(B, -1);
+  // The face that looks more along the normal is the reference; in a tie, that of A.
+  constexpr double kLead = 1e-6;
+  if (-B.normal.z() > A.normal.z() + kLead) {
+    Clipper clipper(sides_B, false, A, slack, contacts);
+    clipper.add_edges();
+    clipper.add_corners_of_reference(sides_A);
+  } else {
+    Clipper clipper(sides_A, true, B, slack, contacts);
+    clipper.add_edges();
+    clipper.add_corners_of_reference(sides_B);
+  }
+}
+
+}  // namespace
+
+void overlap_features(const SupportFeature& A, const SupportFeature& B, double slack,
+                      FeatureContacts& contacts) {
+  if (A.count < 2 || B.count < 2) return;
+  if (A.count == 2 && B.count == 2) {
+    overlap_lines(A, B, slack, contacts);
+  } else if (A.count == 2) {
+    Clipper(Sides(B, -1), false, A, slack, contacts).add_edges();
+  } else if (B.count == 2) {
+    Clipper(Sides(A, 1), true, B, slack, contacts).add_edges();
+  } else {
+    overlap_faces(A, B, slack, contacts);
+  }
+}
+
+}  // namespace cradle

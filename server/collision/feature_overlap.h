@@ -1,0 +1,36 @@
+/// Where two support features lie over each other, as contact points. Private to this folder.
+#pragma once
+
+#include <span>
+
+#include "server/collision/manifold.h"
+#include "server/collision/support_feature.h"
+
+namespace cradle {
+
+/// A point of contact in the frame F whose z is the normal from A to B.
+struct FeatureContact {
+  Vector p;           ///< x, y across the normal; z: the separation, m
+  double height = 0;  ///< of the point midway between the surfaces along z, m
+  std::uint32_t name = 0;
+};
+
+/// At most two for each edge of one feature and one for each corner of the other.
+struct FeatureContacts {
+  std::array<FeatureContact, 3 * SupportFeature::kCornersMax> items;
+  std::size_t count = 0;
+
+  void add(double x, double y, double z_A, double z_B, std::uint32_t name) {
+    items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name};
+  }
+  std::span<FeatureContact> used() { return std::span(items).first(count); }
+};
+
+/// The corners of the area in which the features overlap as seen along z, with the separation
+/// there. Both features are in F; a face of A looks along z, one of B against it. A corner up to
+/// `slack` (m) outside counts as inside. Exact but for that, and for the octagons that stand for
+/// discs.
+void overlap_features(const SupportFeature& A, const SupportFeature& B, double slack,
+                      FeatureContacts& contacts);
+
+}  // namespace cradle

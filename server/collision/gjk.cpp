@@ -1,0 +1,175 @@
+// The distance of two convex sets by the algorithm of Gilbert, Johnson and Keerthi (IEEE J.
+// Robotics Autom. 4, 1988), with the closest points of simplices after Ericson, "Real-Time
+// Collision Detection" (2005), 5.1.5 and 5.1.6.
+//
+// Symbols: M the set of all a - b, w its corners in the simplex, v its point closest to the origin,
+// n = -v / |v| the direction from A to B.
+// Where we differ: the foot on a triangle is taken along its normal, so that the direction stays
+// exact to rounding when the distance is small beside the triangle. It ends when the distance is
+// known to 1e-13 of itself, when a corner comes back, or when rounding stops the descent.
+// Cost: two support points and about 30 ns an iteration; polytopes take 3 .. 8 iterations, curved
+// shapes up to 25.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "server/collision/convex_pair.h"
+
+namespace cradle {
+namespace {
+
+constexpr int kIterationsMax = 48;
+constexpr double kGap = 1e-13;       // relative, of the squared distance
+constexpr double kRounding = 4e-16;  // of the coordinates of corners
+
+/// Up to four corners, and their weights in the point closest to the origin.
+struct Simplex {
+  std::array<Difference, 4> corners;
+  std::array<double, 4> weights;
+  std::size_t count = 0;
+};
+
+struct Foot {
+  Vector v = Vector::Zero();
+  std::array<std::size_t, 3> corners{};
+  std::array<double, 3> weights{};
+  std::size_t count = 0;
+};
+
+Foot foot_on_corner(const Simplex& s, std::size_t i) { return {s.corners[i].w, {i}, {1}, 1}; }
+
+Foot foot_on_edge(const Simplex& s, std::size_t i, std::size_t j) {
+  const Vector &a = s.corners[i].w, &b = s.corners[j].w;
+  const Vector ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double along = -a.dot(ab);
+  if (!(along > 0)) return foot_on_corner(s, i);
+  if (!(along < length2)) return foot_on_corner(s, j);
+  const double t = along / length2;
+  return {a + t * ab, {i, j}, {1 - t, t}, 2};
+}
+
+Foot foot_on_triangle(const Simplex& s, std::size_t i, std::size_t j, std::size_t k) {
+  const Vector &a = s.corners[i].w, &b = s.corners[j].w, &c = s.corners[k].w;
+  const Vector ab = b - a, ac = c - a;
+  const double d1 = -ab.dot(a), d2 = -ac.dot(a);
+  if (d1 <= 0 && d2 <= 0) return foot_on_corner(s, i);
+  const double d3 = -ab.dot(b), d4 = -ac.dot(b);
+  if (d3 >= 0 && d4 <= d3) return foot_on_corner(s, j);
+  const double d5 = -ab.dot(c), d6 = -ac.dot(c);
+  if (d6 >= 0 && d5 <= d6) return foot_on_corner(s, k);
+  // Areas by cross products with the triangle's normal: the differences of products that Ericson
+  // gives lose all digits when the triangle is large and near.
+  const Vector normal = ab.cross(ac);
+  const double w_c = normal.dot(a.cross(b)), w_a = normal.dot(b.cross(c)),
+               w_b = normal.dot(c.cross(a));
+  if (w_c <= 0 && d1 >= 0 && d3 <= 0) return foot_on_edge(s, i, j);
+  if (w_b <= 0 && d2 >= 0 && d6 <= 0) return foot_on_edge(s, i, k);
+  if (w_a <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return foot_on_edge(s, j, k);
+  const double area2 = normal.squaredNorm();
+  const double sum = w_a + w_b + w_c;
+  if (!(area2 > 0) || !(sum > 0) || w_a < 0 || w_b < 0 || w_c < 0) {  // a sliver: the best edge
+    Foot best = foot_on_edge(s, i, j);
+    for (const Foot& foot : {foot_on_edge(s, i, k), foot_on_edge(s, j, k)}) {
+      if (foot.v.squaredNorm() < best.v.squaredNorm()) best = foot;
+    }
+    return best;
+  }
+  return {normal * (normal.dot(a) / area2), {i, j, k}, {w_a / sum, w_b / sum, w_c / sum}, 3};
+}
+
+/// The foot on a tetrahedron. False if the origin is inside.
+bool foot_on_tetrahedron(const Simplex& s, Foot& best) {
+  constexpr std::size_t kFaces[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [i, j, k, opposite] : kFaces) {
+    const Vector& a = s.corners[i].w;
+    const Vector normal = (s.corners[j].w - a).cross(s.corners[k].w - a);
+    const double inside = normal.dot(s.corners[opposite].w - a);
+    const double origin = -normal.dot(a);
+    const double flat = 1e-14 * normal.norm() * (s.corners[opposite].w - a).norm();
+    if (std::abs(inside) > flat && origin * inside > 0) continue;  // on the inner side of this face
+    const Foot foot = foot_on_triangle(s, i, j, k);
+    const double distance2 = foot.v.squaredNorm();
+    if (distance2 < least) least = distance2, best = foot;
+  }
+  return std::isfinite(least);
+}
+
+bool foot_on(const Simplex& s, Foot& foot) {
+  switch (s.count) {
+    case 1:
+      foot = foot_on_corner(s, 0);
+      return true;
+    case 2:
+      foot = foot_on_edge(s, 0, 1);
+      return true;
+    case 3:
+      foot = foot_on_triangle(s, 0, 1, 2);
+      return true;
+    default:
+      return foot_on_tetrahedron(s, foot);
+  }
+}
+
+void keep(Simplex& s, const Foot& foot) {
+  const std::array<Difference, 4> old = s.corners;
+  s.count = foot.count;
+  for (std::size_t i = 0; i < foot.count; ++i) {
+    s.corners[i] = old[foot.corners[i]];
+    s.weights[i] = foot.weights[i];
+  }
+}
+
+bool has(const Simplex& s, const Vector& w) {
+  for (std::size_t i = 0; i < s.count; ++i) {
+    if (s.corners[i].w == w) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, double limit,
+                SupportHints& hints) {
+  const auto corner = [&](const Vector& d) {
+    Difference difference = support(pair, d, hints);
+    difference.w -= shift;
+    return difference;
+  };
+  Simplex simplex;
+  simplex.corners[0] = corner(n);
+  simplex.weights[0] = 1;
+  simplex.count = 1;
+  Vector v = simplex.corners[0].w;
+  double distance2 = v.squaredNorm(), largest = std::sqrt(distance2);
+  for (int iteration = 0; iteration < kIterationsMax; ++iteration) {
+    const double distance = std::sqrt(distance2);
+    if (!(distance > kRounding * largest)) return {};
+    const Difference next = corner(v / -distance);
+    const double v_w = v.dot(next.w);
+    if (v_w > limit * distance) return {Closest::Kind::beyond_limit, {}, {}, {}};
+    largest = std::max(largest, next.w.cwiseAbs().maxCoeff());
+    const double gap = distance2 - v_w;
+    if (gap <= std::max(kGap * distance2, kRounding * largest * distance)) break;
+    if (has(simplex, next.w)) break;
+    Simplex grown = simplex;
+    grown.corners[grown.count++] = next;
+    Foot foot;
+    if (!foot_on(grown, foot)) return {};
+    const double next_distance2 = foot.v.squaredNorm();
+    if (!(next_distance2 < distance2)) break;
+    keep(grown, foot);
+    simplex = grown;
+    v = foot.v;
+    distance2 = next_distance2;
+  }
+  Closest found{Closest::Kind::apart, {}, std::sqrt(distance2), Vector::Zero()};
+  found.n = v / -found.distance;
+  for (std::size_t i = 0; i < simplex.count; ++i) {
+    found.p_A += simplex.weights[i] * simplex.corners[i].a;
+  }
+  return found;
+}
+
+}  // namespace cradle

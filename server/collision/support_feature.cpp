@@ -1,0 +1,189 @@
+// Which part of a shape looks along a direction d.
+//
+// A disc (the caps of cylinders, the base of cones) stands as an octagon whose first corner is the
+// rim's farthest point along d: so the deepest point is exact, and all move smoothly as the shape
+// rocks or rolls. Where the disc is level to rounding they may jump around the rim; but then all
+// carry alike. (With corners fixed in the body, and the farthest point among them, a stack of
+// cylinders never came to rest.) The sides of cylinders, cones and capsules stand as the one line
+// of them that lies farthest along d.
+//
+// Names: corners of a box as in box_faces.h; of a disc 0 .. 7 from the farthest point on, 8 more at
+// the upper cap; of lines 0 the lower and 1 the upper end; of hulls the number of the vertex.
+// Edges: of boxes by what their corners have in common, of hulls their numbers. (Beyond 2^15 the
+// numbers of hulls begin again: names of one face hardly ever clash.)
+#include "server/collision/support_feature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/collision/box_faces.h"
+
+namespace cradle {
+namespace {
+
+/// Beyond this cosine between d and an axis, the cap of a cylinder looks along d more than its side
+/// does; of a capsule, only the end does.
+constexpr double kLying = 0.7;
+/// An edge that rises so much along d (the sine of its slope) counts as its farther end alone, and
+/// so does a face as its edge.
+constexpr double kSteep = 0.95;
+/// m. A rim whose farthest point leads by less is level, and its octagon begins at x.
+constexpr double kLead_m = 1e-10;
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+constexpr double kDiagonal = std::numbers::sqrt2 / 2;
+constexpr std::array<double, 8> kOctagonX = {1,  kDiagonal,  0, -kDiagonal,
+                                             -1, -kDiagonal, 0, kDiagonal};
+constexpr std::array<double, 8> kOctagonY = {0, kDiagonal,  1,  kDiagonal,
+                                             0, -kDiagonal, -1, -kDiagonal};
+
+/// A disc at height z about the axis of z; `side` is 1 if it looks along z, -1 if against it.
+SupportFeature disc(double r, double z, double side, const Vector& d) {
+  SupportFeature face;
+  face.normal = {0, 0, side};
+  const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
+  const bool is_tilted = r * across > kLead_m;
+  const double ex = is_tilted ? d.x() / across : 1, ey = is_tilted ? d.y() / across : 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const double c = kOctagonX[i], s = side * kOctagonY[i];
+    const auto name = static_cast<std::uint32_t>(i) + (side > 0 ? 8 : 0);
+    face.add({r * (c * ex - s * ey), r * (c * ey + s * ex), z}, name, name);
+  }
+  return face;
+}
+
+SupportFeature point(const Vector& p, std::uint32_t name) {
+  SupportFeature feature;
+  feature.add(p, name, 0);
+  return feature;
+}
+
+/// The line between two points; only its farther end if it is steep.
+SupportFeature line(const Vector& lower, const Vector& upper, double roundness, const Vector& d) {
+  const Vector along = upper - lower;
+  const double rise = along.dot(d);
+  if (std::abs(rise) > kSteep * along.norm()) {
+    return rise > 0 ? point(upper, 1) : point(lower, 0);
+  }
+  SupportFeature feature;
+  feature.add(lower, 0, 0);
+  feature.add(upper, 1, 0);
+  feature.roundness = roundness;
+  return feature;
+}
+
+/// The side line of a body of revolution, toward d.
+SupportFeature side(double r_lower, double r_upper, double half_length, double roundness,
+                    const Vector& d) {
+  const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
+  const double ex = across > 0 ? d.x() / across : 1, ey = across > 0 ? d.y() / across : 0;
+  return line({r_lower * ex, r_lower * ey, -half_length}, {r_upper * ex, r_upper * ey, half_length},
+              roundness, d);
+}
+
+SupportFeature box_face(const Vector& h, const Vector& d) {
+  int axis = 0;
+  d.cwiseAbs().maxCoeff(&axis);
+  const bool upper = d[axis] >= 0;
+  // Counter-clockwise as seen from outside.
+  const int x = upper ? (axis + 1) % 3 : (axis + 2) % 3;
+  const int y = upper ? (axis + 2) % 3 : (axis + 1) % 3;
+  SupportFeature face;
+  face.normal = upper ? Vector::Unit(axis) : Vector(-Vector::Unit(axis));
+  std::array<std::uint32_t, 4> bits;
+  constexpr std::array<bool, 4> kRight = {true, false, false, true};
+  constexpr std::array<bool, 4> kUp = {true, true, false, false};
+  for (std::size_t k = 0; k < 4; ++k) {
+    bits[k] = static_cast<std::uint32_t>(upper) << axis |
+              static_cast<std::uint32_t>(kRight[k]) << x | static_cast<std::uint32_t>(kUp[k]) << y;
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    Vector corner;
+    for (int i = 0; i < 3; ++i) corner[i] = (bits[k] >> i & 1u) ? h[i] : -h[i];
+    const std::uint32_t next = bits[(k + 1) % 4];
+    face.add(corner, bits[k], name_of(bits[k] & next, bits[k] | next));
+  }
+  return face;
+}
+
+/// The corners of a hull's face. Of one with more than fit, some are left out, but not `farthest`.
+SupportFeature face_of_hull(const ConvexHull& hull, std::size_t f, std::int32_t farthest) {
+  SupportFeature face;
+  face.normal = hull.normals[f];
+  const auto loop = hull.face(f);
+  constexpr auto kMost = static_cast<std::size_t>(SupportFeature::kCornersMax);
+  const std::size_t step = (loop.size() + kMost - 1) / kMost;
+  std::size_t start = 0;
+  if (step > 1) {
+    start = static_cast<std::size_t>(std::find(loop.begin(), loop.end(), farthest) - loop.begin());
+  }
+  for (std::size_t i = 0; i < loop.size(); i += step) {
+    const std::size_t k = (start + i) % loop.size();
+    const auto place = index(hull.first[f]) + k;
+    face.add(hull.vertices[index(loop[k])], static_cast<std::uint32_t>(loop[k]),
+             static_cast<std::uint32_t>(hull.edge_at[place]));
+  }
+  return face;
+}
+
+/// Of the faces around the farthest vertex, the one that looks most along d.
+SupportFeature hull_feature(const ConvexHull& hull, const Vector& d, std::int32_t v) {
+  const auto begin = index(hull.around_first[index(v)]),
+             end = index(hull.around_first[index(v) + 1]);
+  std::size_t best = begin, best_edge = begin;
+  double most = -2, flattest = -2;
+  const Vector& p = hull.vertices[index(v)];
+  for (std::size_t k = begin; k < end; ++k) {
+    const double along = hull.normals[index(hull.face_at[index(hull.around[k])])].dot(d);
+    if (along > most) most = along, best = k;
+    const Vector edge = hull.vertices[index(hull.neighbours[k])] - p;
+    const double slope = edge.dot(d) / edge.norm();
+    if (slope > flattest) flattest = slope, best_edge = k;
+  }
+  if (most * most > 1 - kSteep * kSteep) {
+    return face_of_hull(hull, index(hull.face_at[index(hull.around[best])]), v);
+  }
+  if (flattest < -kSteep) return point(p, static_cast<std::uint32_t>(v));
+  SupportFeature edge;
+  const std::int32_t u = hull.neighbours[best_edge];
+  const auto name = static_cast<std::uint32_t>(hull.edge_at[index(hull.around[best_edge])]);
+  edge.add(p, static_cast<std::uint32_t>(v), name);
+  edge.add(hull.vertices[index(u)], static_cast<std::uint32_t>(u), name);
+  return edge;
+}
+
+SupportFeature cone_feature(double r, double h, const Vector& d) {
+  const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
+  // The outward normal of the side, toward d, is (2 h, r) in (across, z), but for its length.
+  const double along_side = (2 * h * across + r * d.z()) / std::sqrt(4 * h * h + r * r);
+  if (-d.z() > along_side) return disc(r, -h, -1, d);
+  return side(r, 0, h, 0.5 * r, d);
+}
+
+}  // namespace
+
+SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::int32_t& hint) {
+  const double r = shape.size.x(), h = shape.size.y();
+  switch (shape.kind) {
+    case ShapeKind::box:
+      return box_face(shape.size, d);
+    case ShapeKind::capsule:
+      if (std::abs(d.z()) > kLying) return point({0, 0, d.z() > 0 ? h : -h}, d.z() > 0);
+      return line({0, 0, -h}, {0, 0, h}, r, d);
+    case ShapeKind::cylinder:
+      if (std::abs(d.z()) > kLying) return disc(r, d.z() > 0 ? h : -h, d.z() > 0 ? 1 : -1, d);
+      return side(r, r, h, r, d);
+    case ShapeKind::cone:
+      return cone_feature(r, h, d);
+    case ShapeKind::hull: {
+      shape.support(d, hint);
+      return hull_feature(*shape.hull, d, hint);
+    }
+    default:
+      return point(shape.support(d, hint), 0);
+  }
+}
+
+}  // namespace cradle

@@ -58,7 +58,7 @@ void add_spawn(CLI::App& app, Action& action) {
       {"ellipsoid", ShapeKind::ellipsoid}};
   sub->add_option("--shape", spec.shape.kind,
                   "sphere, box, half_space (solid below its z = 0), capsule, cylinder, cone or "
-                  "ellipsoid (these four do not collide yet)")
+                  "ellipsoid")
       ->transform(CLI::CheckedTransformer(shapes))
       ->type_name("SHAPE")
       ->required();

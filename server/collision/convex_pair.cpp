@@ -92,11 +92,7 @@ void find_contacts(const ConvexPair& pair, const SupportFeature& A, const Suppor
                    const Vector& p_A_F, double s, FeatureContacts& contacts) {
   const double scale = std::min(
       1.0, std::min(pair.A.thickness, pair.B.thickness) / kTolerances.nominal_half_extent_m);
-  const auto is_flat = [](const SupportFeature& f) {
-    return f.count < 3 || std::abs(f.normal.z()) > kTolerances.flush_cosine;
-  };
-  const bool is_flush = is_flat(A) && is_flat(B);
-  const double slack = scale * (is_flush ? kTolerances.clip_slack_m : kTolerances.tie_m);
+  const double slack = scale * kTolerances.clip_slack_m;
   overlap_features(A, B, slack, contacts);
 
   FeatureContact* deepest = nullptr;
@@ -129,6 +125,10 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
   const Matrix T = frame_along(least.n);
   place(A, T, Vector::Zero(), pair.A.radius);
   place(B, T * pair.R, T * pair.t, -pair.B.radius);
+  if (!is_flush(A) && !is_flush(B)) {
+    keep_highest(A, 1);
+    keep_highest(B, -1);
+  }
   FeatureContacts contacts;
   find_contacts(pair, A, B, T * least.p_A, s, contacts);
 

@@ -4,6 +4,9 @@
 /// Everything in the frame of A, m. n is a direction from A to B.
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include "server/collision/convex_shape.h"
 
 namespace cradle {
@@ -18,7 +21,7 @@ struct ConvexPair {
 
   double radii() const { return A.radius + B.radius; }
   /// Well below the size of the smaller shape.
-  double small_length() const { return 1e-3 * std::min(A.thickness, B.thickness); }
+  double small_length() const { return 1e-2 * std::min(A.thickness, B.thickness); }
 };
 
 /// Support points found last: where hulls begin to search.
@@ -43,6 +46,15 @@ inline double core_overlap(const ConvexPair& pair, const Vector& n, SupportHints
   return n.dot(support(pair, n, hints).w);
 }
 
+/// Up to three corners from which the search for closest points begins, and where it ended: the
+/// next search nearby begins there. Empty at
+/// first.
+struct Simplex {
+  std::array<Difference, 3> corners;
+  std::size_t count = 0;
+  double gap = 1e-10;  ///< how well the squared distance is to be known, relative
+};
+
 /// What the closest points of two cores tell.
 struct Closest {
   enum class Kind { apart, overlapping, beyond_limit } kind = Kind::overlapping;
@@ -51,10 +63,11 @@ struct Closest {
   Vector p_A = Vector::Zero();  ///< closest point of A
 };
 
-/// The closest points of the cores, with B moved by `shift`. The search begins along `n`, a unit
-/// vector, and ends early where the cores are farther apart than `limit`.
+/// The closest points of the cores, with B moved by `shift`. The search begins with the simplex or,
+/// if that is empty, along `n`, a unit vector, and ends early where the cores are farther apart
+/// than `limit`.
 Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, double limit,
-                SupportHints& hints);
+                Simplex& simplex, SupportHints& hints);
 
 /// The direction in which the cores overlap least, or, if they are apart, are farthest apart.
 struct LeastOverlap {

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/tolerances.h"
+
 namespace cradle {
 namespace {
 
@@ -89,7 +91,7 @@ class Clipper {
   void add_corners_of_reference(const Sides& incident) {
     for (std::size_t k = 0; k < sides_.size(); ++k) {
       const Vector& p = sides_.face.corners[k];
-      if (!incident.holds(p.x(), p.y()) || is_taken(p.x(), p.y())) continue;
+      if (!incident.holds(p.x(), p.y()) || contacts_.any_within(slack_, p.x(), p.y())) continue;
       add(p.x(), p.y(), p.z(), incident.height(p.x(), p.y()),
           name_corner(!is_A_, sides_.face.corner_names[k]));
     }
@@ -103,12 +105,6 @@ class Clipper {
   }
   void add_incident(const Vector& p, std::uint32_t name) {
     add(p.x(), p.y(), sides_.height(p.x(), p.y()), p.z(), name);
-  }
-  bool is_taken(double x, double y) const {
-    const auto used = std::span(contacts_.items).first(contacts_.count);
-    return std::ranges::any_of(used, [&](const FeatureContact& c) {
-      return std::abs(c.p.x() - x) <= slack_ && std::abs(c.p.y() - y) <= slack_;
-    });
   }
 
   /// Where the edge from corner `k` enters the face, and where it leaves it. Ends that are inside
@@ -182,25 +178,29 @@ void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slac
   const double z_B = B.corners[0].z() + b.z() * crossing_B;
 
   if (sine < kNearlyParallel) {
-    // Along A: where each line's ends are, as fractions of A.
-    const double c = (a.x() * b.x() + a.y() * b.y()) / (length_A * length_A);
-    const double s0 = (a.x() * from.x() + a.y() * from.y()) / (length_A * length_A);
-    const double begin = std::max(0.0, std::min(s0, s0 + c));
-    const double end = std::min(1.0, std::max(s0, s0 + c));
-    bool as_deep = begin < end;
-    for (const double t : {begin, end}) {
-      if (!(begin < end)) break;
-      const double u = std::clamp((t - s0) / c, 0.0, 1.0);
-      const Vector p = A.corners[0] + a * t, q = B.corners[0] + b * u;
-      const double beside = (q - p).head<2>().norm();
-      const double drop = fall(A.roundness, beside / 2) + fall(B.roundness, beside / 2);
-      as_deep = as_deep && q.z() - p.z() + drop <= z_B - z_A + kAsDeep_m;
-      const bool is_end_of_A = t == 0 || t == 1;
-      contacts.add(0.5 * (p.x() + q.x()), 0.5 * (p.y() + q.y()), p.z() - drop, q.z(),
-                   is_end_of_A ? name_corner(false, A.corner_names[t > 0])
-                               : name_corner(true, B.corner_names[u > 0.5]));
-    }
-    if (as_deep) return;
+    bool as_deep = true;
+    int ends = 0;
+    const auto add_end = [&](const SupportFeature& line, std::size_t end,
+                             const SupportFeature& other, bool of_B) {
+      const Vector& p = line.corners[end];
+      const Vector along = other.corners[1] - other.corners[0];
+      const double t =
+          (p - other.corners[0]).head<2>().dot(along.head<2>()) / along.head<2>().squaredNorm();
+      if (!(t >= 0 && t <= 1)) return;
+      const Vector q = other.corners[0] + along * t;
+      const Vector middle = 0.5 * (p + q);
+      if (of_B && contacts.any_within(slack, middle.x(), middle.y())) return;
+      const double beside = 0.5 * (q - p).head<2>().norm();
+      const double drop = fall(line.roundness, beside) + fall(other.roundness, beside);
+      const double z_low = of_B ? q.z() : p.z(), z_high = of_B ? p.z() : q.z();
+      contacts.add(middle.x(), middle.y(), z_low - 0.5 * drop, z_high + 0.5 * drop,
+                   name_corner(of_B, line.corner_names[end]));
+      as_deep = as_deep && z_high - z_low + drop <= z_B - z_A + kAsDeep_m;
+      ++ends;
+    };
+    for (const std::size_t end : {0, 1}) add_end(A, end, B, false);
+    for (const std::size_t end : {0, 1}) add_end(B, end, A, true);
+    if (ends >= 2 && as_deep) return;
   }
   if (!has_crossing) return;
   const Vector p = A.corners[0] + a * crossing_A;
@@ -224,6 +224,40 @@ void overlap_faces(const SupportFeature& A, const SupportFeature& B, double slac
 }
 
 }  // namespace
+
+bool is_flush(const SupportFeature& face) {
+  return face.count > 2 && std::abs(face.normal.z()) > kTolerances.flush_cosine;
+}
+
+void keep_highest(SupportFeature& feature, double up) {
+  if (feature.count < 2) return;
+  const auto count = static_cast<std::size_t>(feature.count);
+  std::size_t top = 0;
+  for (std::size_t k = 1; k < count; ++k) {
+    if (up * feature.corners[k].z() > up * feature.corners[top].z()) top = k;
+  }
+  // The edges at the top, and where they begin.
+  const std::size_t begins[2] = {top, (top + count - 1) % count};
+  double flattest = 1;
+  std::size_t begin = top;
+  for (const std::size_t k : begins) {
+    const Vector edge = feature.corners[(k + 1) % count] - feature.corners[k];
+    const double slope2 = edge.z() * edge.z() / edge.squaredNorm();
+    if (slope2 < flattest) flattest = slope2, begin = k;
+  }
+  constexpr double kLevel2 = 1 - kTolerances.flush_cosine * kTolerances.flush_cosine;
+  if (flattest > kLevel2 || feature.is_round) {
+    feature.corners[0] = feature.corners[top];
+    feature.corner_names[0] = feature.corner_names[top];
+    feature.count = 1;
+  } else if (count > 2) {
+    SupportFeature edge;
+    for (const std::size_t k : {begin, (begin + 1) % count}) {
+      edge.add(feature.corners[k], feature.corner_names[k], feature.edge_names[begin]);
+    }
+    feature = edge;
+  }
+}
 
 void overlap_features(const SupportFeature& A, const SupportFeature& B, double slack,
                       FeatureContacts& contacts) {

@@ -1,6 +1,8 @@
 /// Where two support features lie over each other, as contact points. Private to this folder.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "server/collision/manifold.h"
@@ -10,21 +12,34 @@ namespace cradle {
 
 /// A point of contact in the frame F whose z is the normal from A to B.
 struct FeatureContact {
-  Vector p;           ///< x, y across the normal; z: the separation, m
-  double height = 0;  ///< of the point midway between the surfaces along z, m
-  std::uint32_t name = 0;
+  Vector p;       ///< x, y across the normal; z: the separation, m
+  double height;  ///< of the point midway between the surfaces along z, m
+  std::uint32_t name;
 };
 
 /// At most two for each edge of one feature and one for each corner of the other.
 struct FeatureContacts {
-  std::array<FeatureContact, 3 * SupportFeature::kCornersMax> items;
+  std::array<FeatureContact, 3 * SupportFeature::kCornersMax>
+      items;  // not cleared: that takes time
   std::size_t count = 0;
 
   void add(double x, double y, double z_A, double z_B, std::uint32_t name) {
     items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name};
   }
+  bool any_within(double distance, double x, double y) const {
+    return std::ranges::any_of(std::span(items).first(count), [&](const FeatureContact& c) {
+      return std::abs(c.p.x() - x) <= distance && std::abs(c.p.y() - y) <= distance;
+    });
+  }
   std::span<FeatureContact> used() { return std::span(items).first(count); }
 };
+
+/// Whether a feature in F is a face that lies across z.
+bool is_flush(const SupportFeature& face);
+
+/// Leaves of a feature in F its highest edge, if that is level, or else its highest corner; of
+/// several at one height any. `up` is 1, or -1 where the highest is the lowest.
+void keep_highest(SupportFeature& feature, double up);
 
 /// The corners of the area in which the features overlap as seen along z, with the separation
 /// there. Both features are in F; a face of A looks along z, one of B against it. A corner up to

@@ -23,12 +23,13 @@ constexpr std::size_t kKinds = 9;
 
 // clang-format off
 constexpr PairFunction kPairTable[kKinds][kKinds] = {
+    // B: none, sphere, box, half_space, capsule, cylinder, cone, ellipsoid, hull
     // A: none
-    {no_contact, no_contact, no_contact, no_contact, no_contact, no_contact, no_contact, no_contact,
-     no_contact},
-    // A: sphere; B: none, sphere, box, half_space, capsule, cylinder, cone, ellipsoid, hull
-    {no_contact, sphere_sphere, sphere_box, sphere_half_space, convex_convex, convex_convex,
-     convex_convex, convex_convex, convex_convex},
+    {no_contact, no_contact, no_contact, no_contact, no_contact, no_contact, no_contact,
+     no_contact, no_contact},
+    // A: sphere
+    {no_contact, sphere_sphere, sphere_box, sphere_half_space, sphere_capsule, sphere_cylinder,
+     sphere_cone, convex_convex, convex_convex},
     // A: box
     {no_contact, swapped<sphere_box>, box_box, box_half_space, convex_convex, convex_convex,
      convex_convex, convex_convex, convex_convex},
@@ -37,13 +38,13 @@ constexpr PairFunction kPairTable[kKinds][kKinds] = {
      swapped<convex_half_space>, swapped<convex_half_space>, swapped<convex_half_space>,
      swapped<convex_half_space>, swapped<convex_half_space>},
     // A: capsule
-    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space, convex_convex,
-     convex_convex, convex_convex, convex_convex, convex_convex},
+    {no_contact, swapped<sphere_capsule>, swapped<convex_convex>, convex_half_space,
+     capsule_capsule, convex_convex, convex_convex, convex_convex, convex_convex},
     // A: cylinder
-    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
+    {no_contact, swapped<sphere_cylinder>, swapped<convex_convex>, convex_half_space,
      swapped<convex_convex>, convex_convex, convex_convex, convex_convex, convex_convex},
     // A: cone
-    {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
+    {no_contact, swapped<sphere_cone>, swapped<convex_convex>, convex_half_space,
      swapped<convex_convex>, swapped<convex_convex>, convex_convex, convex_convex, convex_convex},
     // A: ellipsoid
     {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
@@ -51,8 +52,8 @@ constexpr PairFunction kPairTable[kKinds][kKinds] = {
      convex_convex},
     // A: hull
     {no_contact, swapped<convex_convex>, swapped<convex_convex>, convex_half_space,
-     swapped<convex_convex>, swapped<convex_convex>, swapped<convex_convex>, swapped<convex_convex>,
-     convex_convex},
+     swapped<convex_convex>, swapped<convex_convex>, swapped<convex_convex>,
+     swapped<convex_convex>, convex_convex},
 };
 // clang-format on
 

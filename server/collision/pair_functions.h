@@ -12,6 +12,10 @@ using PairFunction = Manifold (*)(const Collider& A, const Collider& B, double m
 
 Manifold sphere_sphere(const Collider&, const Collider&, double margin);
 Manifold sphere_box(const Collider&, const Collider&, double margin);
+Manifold sphere_capsule(const Collider&, const Collider&, double margin);
+Manifold sphere_cylinder(const Collider&, const Collider&, double margin);
+Manifold sphere_cone(const Collider&, const Collider&, double margin);
+Manifold capsule_capsule(const Collider&, const Collider&, double margin);
 Manifold sphere_half_space(const Collider&, const Collider&, double margin);
 Manifold box_half_space(const Collider&, const Collider&, double margin);
 Manifold convex_half_space(const Collider&, const Collider&, double margin);

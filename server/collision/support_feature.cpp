@@ -18,6 +18,7 @@
 #include <numbers>
 
 #include "server/collision/box_faces.h"
+#include "server/collision/tolerances.h"
 
 namespace cradle {
 namespace {
@@ -43,6 +44,7 @@ constexpr std::array<double, 8> kOctagonY = {0, kDiagonal,  1,  kDiagonal,
 SupportFeature disc(double r, double z, double side, const Vector& d) {
   SupportFeature face;
   face.normal = {0, 0, side};
+  face.is_round = true;
   const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
   const bool is_tilted = r * across > kLead_m;
   const double ex = is_tilted ? d.x() / across : 1, ey = is_tilted ? d.y() / across : 0;
@@ -128,27 +130,45 @@ SupportFeature face_of_hull(const ConvexHull& hull, std::size_t f, std::int32_t 
   return face;
 }
 
-/// Of the faces around the farthest vertex, the one that looks most along d.
+/// The place in `loops` where the edge that begins at place `k` begins on its other side.
+std::size_t twin(const ConvexHull& hull, std::size_t k, std::int32_t from, std::int32_t to) {
+  const auto begin = index(hull.around_first[index(to)]);
+  const auto end = index(hull.around_first[index(to) + 1]);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (hull.neighbours[i] == from) return index(hull.around[i]);
+  }
+  return k;
+}
+
+/// Of the faces around the farthest vertex, the one that looks most along d. If an edge there lies
+/// across d, it is a face with that edge.
 SupportFeature hull_feature(const ConvexHull& hull, const Vector& d, std::int32_t v) {
-  const auto begin = index(hull.around_first[index(v)]),
-             end = index(hull.around_first[index(v) + 1]);
-  std::size_t best = begin, best_edge = begin;
-  double most = -2, flattest = -2;
+  const auto begin = index(hull.around_first[index(v)]);
+  const auto end = index(hull.around_first[index(v) + 1]);
+  const auto face_at = [&](std::size_t place) { return index(hull.face_at[place]); };
+  const auto along = [&](std::size_t place) { return hull.normals[face_at(place)].dot(d); };
   const Vector& p = hull.vertices[index(v)];
+  std::size_t best = index(hull.around[begin]), flattest = begin;
+  double least_drop = -2;
   for (std::size_t k = begin; k < end; ++k) {
-    const double along = hull.normals[index(hull.face_at[index(hull.around[k])])].dot(d);
-    if (along > most) most = along, best = k;
+    if (along(index(hull.around[k])) > along(best)) best = index(hull.around[k]);
     const Vector edge = hull.vertices[index(hull.neighbours[k])] - p;
     const double slope = edge.dot(d) / edge.norm();
-    if (slope > flattest) flattest = slope, best_edge = k;
+    if (slope > least_drop) least_drop = slope, flattest = k;
   }
-  if (most * most > 1 - kSteep * kSteep) {
-    return face_of_hull(hull, index(hull.face_at[index(hull.around[best])]), v);
+  const std::int32_t u = hull.neighbours[flattest];
+  const std::size_t edge_place = index(hull.around[flattest]);
+  constexpr double kFlush = kTolerances.flush_cosine;
+  if (along(best) < kFlush && least_drop * least_drop < 1 - kFlush * kFlush) {
+    const std::size_t other = twin(hull, edge_place, v, u);
+    best = along(other) > along(edge_place) ? other : edge_place;
   }
-  if (flattest < -kSteep) return point(p, static_cast<std::uint32_t>(v));
+  if (along(best) > 0 && along(best) * along(best) > 1 - kSteep * kSteep) {
+    return face_of_hull(hull, face_at(best), v);
+  }
+  if (least_drop < -kSteep) return point(p, static_cast<std::uint32_t>(v));
   SupportFeature edge;
-  const std::int32_t u = hull.neighbours[best_edge];
-  const auto name = static_cast<std::uint32_t>(hull.edge_at[index(hull.around[best_edge])]);
+  const auto name = static_cast<std::uint32_t>(hull.edge_at[edge_place]);
   edge.add(p, static_cast<std::uint32_t>(v), name);
   edge.add(hull.vertices[index(u)], static_cast<std::uint32_t>(u), name);
   return edge;

@@ -21,6 +21,7 @@ struct SupportFeature {
   /// Of an edge: the radius of what it is a line of, m, so that beside the line the surface falls
   /// away as a circle does; 0: a sharp edge.
   double roundness = 0;
+  bool is_round = false;  ///< a face whose edges are chords of a disc
 
   void add(const Vector& p, std::uint32_t corner, std::uint32_t edge) {
     const auto k = static_cast<std::size_t>(count++);

@@ -42,8 +42,9 @@ struct CollisionTolerances {
   /// taken for it (it must overlap no more). Test: "faces that meet give their exact normal".
   double sharpen_sine = 1e-4;
 
-  /// Faces that look along the normal to this cosine (0.8 degrees) are flush: only then corners
-  /// count as over a face that are outside by the slack. Test: "a flush stack keeps its features".
+  /// A face that looks along the normal, and an edge that lies across it, to this cosine (0.8
+  /// degrees) is what touches; what is more oblique touches with its edge or corner, unless it
+  /// meets such a face. Test: "a small motion changes the manifold little".
   double flush_cosine = 0.9999;
 
   /// m, scaled. A contact that misses the exact separation by less gets it; else the point where

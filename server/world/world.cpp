@@ -118,10 +118,10 @@ void World::Steps::collide(State& s, Executor& executor) {
       const std::size_t A = index(a);
       const std::size_t B = index(b);
       const double margin = kSpeculativeMargin_m + s.dt * (s.bodies.v[B] - s.bodies.v[A]).norm();
-      s.manifolds[index(k)] =
-          s.settings.is_planar
-              ? collide_in_plane(s.bodies.shape[A], s.poses[A], s.bodies.shape[B], s.poses[B], margin)
-              : cradle::collide(s.collider(A), s.collider(B), margin);
+      s.manifolds[index(k)] = s.settings.is_planar
+                                  ? collide_in_plane(s.bodies.shape[A], s.poses[A],
+                                                     s.bodies.shape[B], s.poses[B], margin)
+                                  : cradle::collide(s.collider(A), s.collider(B), margin);
     }
   });
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "server/collision/bounds.h"
+#include "tests/unit/collision_pairs.h"
 
 using namespace cradle;
 
@@ -33,6 +34,23 @@ TEST_CASE("the box of a turned box is tight") {
   }
   CHECK((box.lower - corners.lower).norm() < 1e-14);
   CHECK((box.upper - corners.upper).norm() < 1e-14);
+}
+
+TEST_CASE("the box of every shape is as large as its support in each direction says") {
+  Random random;
+  for (int kind = 1; kind <= static_cast<int>(ShapeKind::hull); ++kind) {
+    if (static_cast<ShapeKind>(kind) == ShapeKind::half_space) continue;
+    for (int trial = 0; trial < 200; ++trial) {
+      const Solid solid = random.solid(static_cast<ShapeKind>(kind));
+      const Pose X_WB{random.vector(10), random.rotation()};
+      const Aabb box = bounds({solid.shape, X_WB, solid.geometry.get()});
+      for (int axis = 0; axis < 3; ++axis) {
+        CAPTURE(word_of(solid.shape.kind), trial, axis);
+        REQUIRE(std::abs(box.upper[axis] - support(solid, X_WB, Vector::Unit(axis))) < 1e-14);
+        REQUIRE(std::abs(box.lower[axis] + support(solid, X_WB, -Vector::Unit(axis))) < 1e-14);
+      }
+    }
+  }
 }
 
 TEST_CASE("nothing and half-spaces have empty boxes, swept or not") {

@@ -1,0 +1,28 @@
+/// In which direction of their own two shapes leave each other best: their faces and sides. Private
+/// to this folder.
+#pragma once
+
+#include "server/collision/convex_pair.h"
+
+namespace cradle {
+
+struct Direction {  // in A
+  Vector n = Vector::Zero();
+  double overlap = std::numeric_limits<double>::infinity();
+};
+
+/// A direction in which one shape has a flat face, and what reaches deepest behind it.
+struct FaceDirection : Direction {
+  enum class Of { nothing, A, B } face_of = Of::nothing;
+  std::int32_t face = 0;            ///< of a hull its number
+  Vector deepest = Vector::Zero();  ///< point of the other shape, in A
+};
+
+/// The face, side or other likely direction with the least overlap; of two hulls all their faces
+/// are compared, up to 256 each.
+FaceDirection best_face(const ConvexPair& pair, SupportHints& hints);
+
+/// Whether it is certainly the direction of least overlap, if the cores overlap at all.
+bool is_best(const ConvexPair& pair, const FaceDirection& face);
+
+}  // namespace cradle

@@ -198,8 +198,8 @@ void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slac
       as_deep = as_deep && z_high - z_low + drop <= z_B - z_A + kAsDeep_m;
       ++ends;
     };
-    for (const std::size_t end : {0, 1}) add_end(A, end, B, false);
-    for (const std::size_t end : {0, 1}) add_end(B, end, A, true);
+    for (const std::size_t end : {std::size_t{0}, std::size_t{1}}) add_end(A, end, B, false);
+    for (const std::size_t end : {std::size_t{0}, std::size_t{1}}) add_end(B, end, A, true);
     if (ends >= 2 && as_deep) return;
   }
   if (!has_crossing) return;

@@ -48,6 +48,7 @@ struct FlightKernels {
   Kernel tumbling;       ///< freely, in one step: `steps` is not read
   Kernel tumbling_fast;  ///< freely
   Kernel twisted;        ///< under torques
+  Kernel twisted_round;  ///< under torques, with equal moments
   Kernel planar;         ///< about z alone, in the plane z = 0: `steps` is not read
 };
 

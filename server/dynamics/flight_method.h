@@ -148,27 +148,36 @@ CRADLE_LANES auto outward_sum(F&& f) {
   return sum;
 }
 
+/// What of the equations is there: torque, and the gyroscopic term, which equal moments have not.
+template <bool torque, bool gyroscopic>
+struct Terms {
+  static constexpr bool has_torque = torque, has_gyroscopic = gyroscopic;
+};
+
 /// W_(k+1), and with torque T_(k+1), from those before.
-template <bool has_torque, int k, class V>
+template <class terms, int k, class V>
 CRADLE_LANES void next_term(Triple<V> (&W)[kOrder + 1], Triple<V> (&T)[kOrder + 1],
                             const Triple<V>& c, const Twist<V>& twist) {
   constexpr double scale = 1.0 / (k + 1);
-  W[k + 1] =
-      (scale * c) * outward_sum<k>([&](int j) CRADLE_LAMBDA { return crosswise(W[j], W[k - j]); });
-  if constexpr (has_torque) {
+  if constexpr (terms::has_gyroscopic) {
+    W[k + 1] = (scale * c) *
+               outward_sum<k>([&](int j) CRADLE_LAMBDA { return crosswise(W[j], W[k - j]); });
+  }
+  if constexpr (terms::has_torque) {
     const Triple<V> moment = k == 0 ? T[0] + twist.T_body : T[k];
-    W[k + 1] = W[k + 1] + (scale * twist.inverse_J) * moment;
+    const Triple<V> pushed = (scale * twist.inverse_J) * moment;
+    W[k + 1] = terms::has_gyroscopic ? W[k + 1] + pushed : pushed;
     T[k + 1] = scale * outward_sum<k>([&](int j) CRADLE_LAMBDA { return cross(T[j], W[k - j]); });
   }
 }
 
 /// W_1 .. W_8 from W_0.
-template <bool has_torque, class V, int... k>
+template <class terms, class V, int... k>
 CRADLE_LANES void euler_series(Triple<V> (&W)[kOrder + 1], const Triple<V>& c,
                                const Twist<V>& twist, std::integer_sequence<int, k...>) {
   Triple<V> T[kOrder + 1];
-  if constexpr (has_torque) T[0] = twist.T0;
-  (next_term<has_torque, k>(W, T, c, twist), ...);
+  if constexpr (terms::has_torque) T[0] = twist.T0;
+  (next_term<terms, k>(W, T, c, twist), ...);
 }
 
 /// The rotation vector of the whole step, in P at its start.
@@ -189,14 +198,14 @@ CRADLE_LANES Triple<V> magnus_step(const Triple<V> (&W)[kOrder + 1]) {
   return (a1 + (1.0 / 12) * a3) + cross(a2 + C2, C3);
 }
 
-enum class Turning { none, steady, tumbling, tumbling_fast, twisted, planar };
+enum class Turning { none, steady, tumbling, tumbling_fast, twisted, twisted_round, planar };
 
 /// hw, the step times the angular velocity in P, and the attitude through one step.
-template <bool has_torque, class V>
+template <class terms, class V>
 CRADLE_LANES void step(const Triple<V>& c, const Twist<V>& twist, Quadruple<V>& q, Triple<V>& hw) {
   Triple<V> W[kOrder + 1];
   W[0] = hw;
-  euler_series<has_torque>(W, c, twist, std::make_integer_sequence<int, kOrder>{});
+  euler_series<terms>(W, c, twist, std::make_integer_sequence<int, kOrder>{});
   q = multiply(renormalised(q), small_exp(magnus_step(W)));
   hw = W[kOrder];
 #pragma GCC unroll 8
@@ -211,13 +220,15 @@ CRADLE_LANES void turn(const FlightPointers& bodies, const Block& block, const d
     q = multiply(any_exp(bodies.dt * w), renormalised(q));
     return;
   }
-  constexpr bool has_torque = turning == Turning::twisted;
+  constexpr bool is_round = turning == Turning::twisted_round;
+  constexpr bool has_torque = turning == Turning::twisted || is_round;
+  using terms = Terms<has_torque, !is_round>;
   const Triple<V> J = load3<V>(bodies.inertia, block);
   const Triple<V> c{(J.y - J.z) / J.x, (J.z - J.x) / J.y, (J.x - J.y) / J.z};
   Twist<V> twist;
   if constexpr (turning == Turning::tumbling) {
     Triple<V> hw = bodies.dt * rotate_back(q, w);
-    step<has_torque>(c, twist, q, hw);
+    step<terms>(c, twist, q, hw);
     w = rotate(q, (1 / bodies.dt) * hw);
     return;
   }
@@ -236,7 +247,7 @@ CRADLE_LANES void turn(const FlightPointers& bodies, const Block& block, const d
     if constexpr (has_torque) twist.T0 = rotate_back(q, torque_W);
     Quadruple<V> q_next = q;
     Triple<V> hw_next = hw;
-    step<has_torque>(c, twist, q_next, hw_next);
+    step<terms>(c, twist, q_next, hw_next);
     q = select(left, q_next, q);
     hw = select(left, hw_next, hw);
     done = done + 1.0;
@@ -432,6 +443,7 @@ constexpr FlightKernels kernels() {
           fly_list<Turning::tumbling, V>,
           fly_list<Turning::tumbling_fast, V>,
           fly_list<Turning::twisted, V>,
+          fly_list<Turning::twisted_round, V>,
           fly_list<Turning::planar, V>};
 }
 

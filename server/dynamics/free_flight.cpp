@@ -55,12 +55,12 @@ Turn turn_in_plane(const FlightArrays& bodies, std::size_t i) {
   return is_twisted || bodies.w[i].z() != 0 ? Turn::planar : Turn::none;
 }
 
-constexpr std::size_t kTurns = 6;
+constexpr std::size_t kTurns = 7;
 
 FlightKernels::Kernel kernel_of(const FlightKernels& kernels, Turn turn) {
-  const std::array<FlightKernels::Kernel, kTurns> all{kernels.straight, kernels.steady,
-                                                      kernels.tumbling, kernels.tumbling_fast,
-                                                      kernels.twisted,  kernels.planar};
+  const std::array<FlightKernels::Kernel, kTurns> all{
+      kernels.straight, kernels.steady,        kernels.tumbling, kernels.tumbling_fast,
+      kernels.twisted,  kernels.twisted_round, kernels.planar};
   return all[static_cast<std::size_t>(turn)];
 }
 
@@ -103,7 +103,8 @@ using Batches = std::array<Batch, kTurns>;
 Batches batches(const FlightKernels& kernels, bool falls) {
   const auto one = [&](Turn turn) { return Batch(kernel_of(kernels, turn), kernels.lanes, falls); };
   return {one(Turn::none),          one(Turn::steady),  one(Turn::tumbling),
-          one(Turn::tumbling_fast), one(Turn::twisted), one(Turn::planar)};
+          one(Turn::tumbling_fast), one(Turn::twisted), one(Turn::twisted_round),
+          one(Turn::planar)};
 }
 
 /// Bodies under gravity alone, and others.
@@ -180,6 +181,7 @@ FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::
   const Vector& J = bodies.inertia[i];
   const Vector& w = bodies.w[i];
   const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
+  const bool is_round = J.x() == J.y() && J.y() == J.z();
   const double torque = course == Course::pushed && turns_freely(course, J)
                             ? bodies.torque_W[i].norm() + bodies.torque_P[i].norm()
                             : 0;
@@ -187,10 +189,11 @@ FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::
     // No more than the torque can do in the tick, whatever the attitude.
     const double speed =
         std::sqrt(speed2) + tick.dt * torque * bodies.inverse_inertia[i].maxCoeff();
-    return {Turn::twisted, std::fmax(tick.full_steps, steps_for(tick.dt * speed))};
+    const bool leaves_gyroscopic_out = is_round && tick.full_steps == 0;
+    return {leaves_gyroscopic_out ? Turn::twisted_round : Turn::twisted,
+            std::fmax(tick.full_steps, steps_for(tick.dt * speed))};
   }
   if (speed2 == 0) return {Turn::none, 0};
-  const bool is_round = J.x() == J.y() && J.y() == J.z();
   if (course == Course::driven || is_round) return {Turn::steady, 0};
   if (speed2 * (tick.dt * tick.dt) <= kStepAngle_rad * kStepAngle_rad) return {Turn::tumbling, 1};
   return {Turn::tumbling_fast, steps_for(tick.dt * std::sqrt(speed2))};

@@ -59,6 +59,7 @@ enum class Turn : std::uint8_t {
   tumbling,       ///< freely, in one step
   tumbling_fast,  ///< freely, in several steps
   twisted,        ///< under torques
+  twisted_round,  ///< under torques, with equal moments: no gyroscopic term
   planar          ///< in a planar world, under torques or not, in one step
 };
 

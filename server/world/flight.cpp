@@ -98,9 +98,15 @@ void add_drag(World::State& s) {
 
 void fly_free(World::State& s, Executor& executor) {
   if (s.scheme->advance != exact) {
-    for (std::size_t i = 0; i < s.bodies.size(); ++i) fly_alone(s, i);
+    executor.for_ranges(static_cast<int>(s.bodies.size()), [&s](int begin, int end) {
+      for (int i = begin; i < end; ++i) fly_alone(s, static_cast<std::size_t>(i));
+    });
   } else {
-    for (const std::int32_t slot : s.dragged) fly_alone(s, static_cast<std::size_t>(slot));
+    executor.for_ranges(static_cast<int>(s.dragged.size()), [&s](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        fly_alone(s, static_cast<std::size_t>(s.dragged[static_cast<std::size_t>(k)]));
+      }
+    });
   }
   const FlightTick tick = flight_tick(s);
   if (s.keeps_accounts) keep_accounts(s, tick);

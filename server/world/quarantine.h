@@ -7,7 +7,8 @@
 
 namespace cradle {
 
-/// Before collision: bodies that the loads of this tick would throw beyond the limits.
+/// Before collision: bodies that the loads of this tick would throw beyond the limits, with neither
+/// drag nor spring to hold them.
 void quarantine_runaways(World::State& s);
 
 /// Gives a body that does not touch its state at the tick's end. With a number that is not finite,

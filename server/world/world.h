@@ -93,8 +93,8 @@ class World {
   /// Of a dynamic body, from the coming tick on. Coefficients are finite, 0 to limits::kWrenchMax.
   Outcome set_drag(BodyId body, const Drag& drag);
   /// Springs act until one of their bodies is removed. At least one end is a dynamic body, and the
-  /// ends are not the same body; numbers as for drag, points within limits::kPositionMax_m. At
-  /// most WorldSettings::wrenches_max.
+  /// ends are not the same body; numbers as for drag, points within
+  /// limits::kPositionMax_m. At most WorldSettings::wrenches_max.
   Outcome add_springs(std::span<const Spring> springs);
 
   // --- time -------------------------------------------------------------------------------------

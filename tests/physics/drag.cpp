@@ -1,6 +1,7 @@
 // Drag in the world against closed forms (P10), and how it behaves where it is stiff.
 #include <catch2/catch.hpp>
 
+#include "tests/physics/schemes.h"
 #include "tests/physics/worlds.h"
 
 namespace cradle {
@@ -84,6 +85,55 @@ TEST_CASE("drag: a box that slides without friction slows down by its exponentia
   REQUIRE(world.set_drag(box, {1e12, 1e12, 1e12}).result == Result::ok);
   steps(world, 60);
   CHECK(norm(state(world, box).v_WBcm) < 1e-3);
+}
+
+TEST_CASE("drag: angular drag of any strength leaves the turn of its exponential") {
+  // About a principal axis: w = w0 e^(-c t / J), turned by w0 J / c (1 - e^(-c t / J)). Beside it a
+  // tumbling body, by many short ticks.
+  const Inertia inertia{1, {1, 2, 3}};
+  for (const double c : {1.0, 100.0, 8000.0, 8800.0, 1e5, 1e7}) {
+    CAPTURE(c);
+    FlightLoads loads;
+    loads.drag.angular = c;
+    Flight body;
+    body.w = {0, 0, 200};
+    const Flight end = run(*find_scheme("exact"), body, inertia, loads, 1.0 / 60, 1);
+    const double decay = c / 3 / 60, turn = 600 / c * -std::expm1(-decay);
+    CHECK(angle(end.q, Rotation(std::cos(turn / 2), 0, 0, std::sin(turn / 2))) < 1e-12);
+    CHECK(std::abs(end.w.z() - 200 * std::exp(-decay)) < 1e-11);
+    body.w = {100, 300, 200};
+    const Flight once = run(*find_scheme("exact"), body, inertia, loads, 1.0 / 60, 1);
+    const Flight often = run(*find_scheme("exact"), body, inertia, loads, 1.0 / 60, 64);
+    CHECK(angle(once.q, often.q) < 1e-9);
+  }
+}
+
+TEST_CASE("drag and springs hold bodies that their loads alone would throw beyond all limits") {
+  // A speck of 1 mg: 1 kg/s of drag lets 100 N drive it at 100 m/s, a spring of 1e6 N/m at 0.1 mm.
+  World world(weightless());
+  BodySpec speck;
+  speck.mass_kg = 1e-6;
+  const BodyId dragged = add(world, speck);
+  speck.p_WBo = {10, 0, 0};
+  const BodyId sprung = add(world, speck);
+  REQUIRE(world.set_drag(dragged, {1, 0, 0}).result == Result::ok);
+  Spring spring;
+  spring.a = sprung;
+  spring.point_b = {10, 0, 0};
+  spring.stiffness = 1e6;
+  spring.damping = 10;
+  REQUIRE(world.add_springs(std::array{spring}).result == Result::ok);
+  for (const BodyId body : {dragged, sprung}) {
+    Wrench push;
+    push.body = body;
+    push.value = {100, 0, 0};
+    push.duration = WrenchDuration::until_cleared;
+    REQUIRE(world.push(std::array{push}).result == Result::ok);
+  }
+  steps(world, 60);
+  CHECK(world.quarantined_count() == 0);
+  CHECK(state(world, dragged).v_WBcm.x == Approx(100).epsilon(1e-12));
+  CHECK(state(world, sprung).p_WBo.x - 10 == Approx(1e-4).epsilon(1e-6));
 }
 
 }  // namespace cradle

@@ -236,4 +236,22 @@ TEST_CASE("a body gets what it needs: points stay turned, round ones turn evenly
   }
 }
 
+TEST_CASE("a round body under a torque needs no gyroscopic term, and is as exact without") {
+  Flock lean, full;
+  for (Flock* flock : {&lean, &full}) {
+    flock->add(Course::pushed, Vector::Constant(2));
+    flock->w[0] = {1, -2, 3};
+    flock->torque_W[0] = {0.4, 0.3, -0.2};
+    flock->torque_P[0] = {-0.1, 0.5, 0.2};
+  }
+  CHECK(flight_need({kTick, Vector::Zero(), 0}, lean.arrays(), 0).turn == Turn::twisted_round);
+  FlightTick every_term{kTick, Vector::Zero(), 0};
+  every_term.full_steps = 1;
+  CHECK(flight_need(every_term, full.arrays(), 0).turn == Turn::twisted);
+  lean.fly({kTick, Vector::Zero(), 0}, 60);
+  full.fly(every_term, 60);
+  CHECK((lean.q[0].coeffs() - full.q[0].coeffs()).norm() < 1e-15);
+  CHECK((lean.w[0] - full.w[0]).norm() < 1e-14);
+}
+
 }  // namespace cradle

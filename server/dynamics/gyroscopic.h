@@ -1,8 +1,4 @@
-/// The gyroscopic term for bodies that are sub-stepped: stable under impulses, first order.
-///
-/// Implicit Euler for J (w1 - w0) + h w1 x J w1 = 0 in the body frame, one Newton step from w0
-/// (Catto 2015, "Physics for Game Programmers: Numerical Methods", GDC): the Jacobian is
-/// J + h ([w] J - [J w]). It damps; free flight does not use it.
+/// The gyroscopic term of bodies that are sub-stepped: torque-free turning of w in the body frame.
 #pragma once
 
 #include "server/collision/geometry.h"
@@ -15,13 +11,11 @@ inline Matrix cross_matrix(const Vector& a) {
   return m;
 }
 
-/// w (rad/s, in B) after `h` (s) without torque; J are the principal moments.
-inline Vector gyroscopic_step(const Vector& w_B, const Vector& J, double h) {
-  const Vector Jw = J.cwiseProduct(w_B);
-  const Vector residual = h * w_B.cross(Jw);
-  Matrix jacobian = h * (cross_matrix(w_B) * J.asDiagonal().toDenseMatrix() - cross_matrix(Jw));
-  jacobian.diagonal() += J;
-  return w_B - jacobian.inverse() * residual;
-}
+/// Such a body pays for no gyroscopic term: w stays as it is.
+inline bool has_equal_moments(const Vector& J) { return J.x() == J.y() && J.y() == J.z(); }
+
+/// w (rad/s, in B) after `h` (s) without torque; J are the principal moments, all of them positive.
+/// Keeps energy and the size of the angular momentum, at any h |w|; w that is not finite stays.
+Vector gyroscopic_step(const Vector& w_B, const Vector& J, double h);
 
 }  // namespace cradle

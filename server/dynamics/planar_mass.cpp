@@ -1,10 +1,10 @@
 // Area integrals of constant density sigma, m the mass (any textbook):
 //   circle of radius r     A = pi r^2     J = m/2 r^2
-//   capsule, segment 2 L   a rectangle of 2 L by 2 r with J = m/3 (L^2 + r^2), and a circle in two
-//                          halves, whose centres are at L + 4 r / (3 pi): J = m (r^2/2 + 8 r L/(3
-//                          pi) + L^2)
-//   polygon (Green's theorem; e.g. Soerjadi, TU Delft, 1968), sums over its edges (p, q), relative
-//   to a point near the centre:
+//   capsule, segment 2 L   a rectangle of 2 L by 2 r with J = m/3 (L^2 + r^2), and a circle
+//                          in two halves, whose centres are at L + 4 r / (3 pi):
+//                          J = m (r^2/2 + 8 r L / (3 pi) + L^2)
+//   polygon                Green's theorem (e.g. Soerjadi, TU Delft, 1968): sums over its edges
+//                          (p, q), relative to a point near the centre:
 //     A = sum (p x q)/2,  integral of x = sum (p x q)(p + q)/6,
 //     integral of |x|^2 = sum (p x q)(p.p + p.q + q.q)/12
 #include "server/dynamics/planar_mass.h"

@@ -105,9 +105,11 @@ class SoftStep final : public ContactSolver {
       v_begin_[i] = bodies_.v[i];
       bodies_.v[i] += h_ * bodies_.acceleration[i];
       if (bodies_.inverse_inertia[i].isZero(0)) continue;
-      const Rotation& q = bodies_.q[i];
-      const Vector w_B = gyroscopic_step(q.conjugate() * bodies_.w[i], bodies_.inertia[i], h_);
-      bodies_.w[i] = q * w_B + h_ * (inverse_inertia_[i] * bodies_.torque[i]);
+      if (!has_equal_moments(bodies_.inertia[i])) {
+        const Rotation& q = bodies_.q[i];
+        bodies_.w[i] = q * gyroscopic_step(q.conjugate() * bodies_.w[i], bodies_.inertia[i], h_);
+      }
+      bodies_.w[i] += h_ * (inverse_inertia_[i] * bodies_.torque[i]);
     }
   }
 

@@ -80,7 +80,8 @@ void gauss_step(Flight& body, const QuadraticDrag& drag, double h, Work& work) {
                               {5.0 / 36 + r / 24, 2.0 / 9, 5.0 / 36 - r / 24},
                               {5.0 / 36 + r / 30, 2.0 / 9 + r / 15, 5.0 / 36}};
   constexpr double b[3] = {5.0 / 18, 4.0 / 9, 5.0 / 18};
-  constexpr int kIterations = 16;  // contracts by h (c1 + 2 c2 |v|) / 2 <= 0.1 an iteration
+  constexpr int kIterations = 16;      // contracts by h (c1 + 2 c2 |v|) / 2 <= 0.1 an iteration
+  constexpr double kRounding = 1e-16;  // of the rates: what iterating further cannot change
   std::array<Vector, 3> k;
   k.fill(drag.rate(body.v));
   std::array<Vector, 3> V;
@@ -96,7 +97,7 @@ void gauss_step(Flight& body, const QuadraticDrag& drag, double h, Work& work) {
       k[i] = next;
     }
     work.evaluations += 3;
-    if (change <= 1e-32 * size) break;
+    if (change <= kRounding * kRounding * size) break;
   }
   body.x += h * (b[0] * V[0] + b[1] * V[1] + b[2] * V[2]);
   body.v += h * (b[0] * k[0] + b[1] * k[1] + b[2] * k[2]);
@@ -115,6 +116,7 @@ void settle(Flight& body, const QuadraticDrag& drag, double h) {
 double time_to_apex(const Flight& body, const QuadraticDrag& drag, double h, Work& work) {
   const double along = body.v.dot(drag.a);
   if (!(along < 0)) return h;
+  constexpr double kApex = 1e-9;  // of h: |v| v is off by its square, far below order 6
   double early = 0, late = h;
   for (int i = 0; i < 60; ++i) {
     Flight at = body;
@@ -126,7 +128,7 @@ double time_to_apex(const Flight& body, const QuadraticDrag& drag, double h, Wor
     } else {
       late = middle;
     }
-    if (late - early <= 1e-9 * h) break;
+    if (late - early <= kApex * h) break;
   }
   return late;
 }

@@ -4,9 +4,10 @@
 //   x1 = x + h v,  v1 = v + h F / m,  q1 = q exp(h W),  W1 = W + h J^-1 (M - W x J W)
 // Where we differ: the paper has an angle vector phi' = w, which does not exist (rotations do not
 // commute), and J w' = T without the gyroscopic term W x J W; here the attitude is a quaternion
-// that turns by the exponential of h W, and the term is there. Order: 1. Stability: an undamped
-// oscillator grows by sqrt(1 + (h omega)^2) a step, at every h; drag c needs h < 2 m / c, and h < m
-// / c not to swing. Energy: gained, in translation and in tumbling. Cost: 1 evaluation, 75 ns.
+// that turns by the exponential of h W, and the term is there.
+// Order: 1. Stability: an undamped oscillator grows by sqrt(1 + (h omega)^2) a step, at every h;
+// drag c needs h c / m < 2, and h c / m < 1 not to swing.
+// Energy: gained, in translation and in tumbling. Cost: 1 evaluation, 75 ns.
 #include "server/dynamics/rotation.h"
 #include "server/dynamics/schemes/right_hand_side.h"
 

@@ -23,6 +23,8 @@ namespace cradle {
 /// term of a series counts as one.
 struct Work {
   std::int64_t evaluations = 0;
+  /// Steps of implicit schemes whose equations are not solved to kSolved (right_hand_side.h).
+  std::int64_t unsolved = 0;
 };
 
 struct Scheme {

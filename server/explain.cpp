@@ -51,6 +51,13 @@ FlightSample sample_of(const FlightAccount& account, double dt, double full_step
   return sample;
 }
 
+std::string number(double value, bool is_known) {
+  if (!is_known) return "unknown";
+  char text[20];
+  std::snprintf(text, sizeof text, "%.1e", value);
+  return text;
+}
+
 bool flies(Course course) {
   return course == Course::driven || course == Course::falls || course == Course::pushed;
 }
@@ -82,7 +89,8 @@ void Explanation::step(Executor& executor) {
 
 void Explanation::look(Body& body, const FlightAccount& account, double full_steps) {
   body.offset_m = account.offset_m;
-  body.place_m = account.start.x.norm();
+  const double dt = 1 / run_.world().settings().rate_hz;
+  body.place_m = account.start.x.norm() + dt * account.start.v.norm();
   body.touched = body.touched || account.course == Course::touches;
   body.was_alone = body.was_alone || account.course == Course::moved;
   if (!flies(account.course)) return;
@@ -98,16 +106,19 @@ void Explanation::look(Body& body, const FlightAccount& account, double full_ste
   if (account.need.steps > 0) leave_out(Omission::common_rate);
   if (!body.is_bounded() || account.course == Course::driven) return;
 
-  body.error.fly(sample_of(account, 1 / run_.world().settings().rate_hz, full_steps));
+  body.error.fly(sample_of(account, dt, full_steps));
 }
 
 bool Explanation::bound(std::size_t i, Bound& bound) const {
   const Body& body = bodies_[i];
   bound.angle_rad = body.error.angle_rad();
   bound.distance_m = body.error.distance_m() + (body.reach_m + body.offset_m) * bound.angle_rad;
-  // Bo is where Bcm is, less a turned vector: rounded at the size of the place.
-  constexpr double kRounding = std::numeric_limits<double>::epsilon();
-  if (body.offset_m > 0) bound.distance_m += 2 * kRounding * (body.place_m + body.offset_m);
+  // Bo is where Bcm is, less a turned vector: in each model rounded to half a digit of the place.
+  constexpr double kDigit = std::numeric_limits<double>::epsilon();
+  constexpr double kDigitsOfTurned = 4;  // of the vector: matrix and products, in two models
+  if (body.offset_m > 0) {
+    bound.distance_m += kDigit * (body.place_m + kDigitsOfTurned * body.offset_m);
+  }
   return body.is_bounded();
 }
 
@@ -143,7 +154,7 @@ std::int64_t Explanation::one_by_one() const {
 std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks) {
   std::string text;
   const auto add = [&text](const char* format, const auto&... values) {
-    char line[200];
+    char line[400];
     std::snprintf(line, sizeof line, format, values...);
     text += line;
   };
@@ -152,28 +163,40 @@ std::string to_text(const Explanation& explanation, const SceneRun& run, std::in
       static_cast<long long>(ticks), 1000 / settings.rate_hz);
   add("%-16s %8s %9s %9s  %s\n", "left out", "bodies", "m", "rad", "why");
   const auto savings = explanation.savings();
+  bool is_any_unknown = false;
   for (std::size_t k = 0; k < kOmissions; ++k) {
     if (savings[k].bodies == 0) continue;
-    add("%-16s %8lld %9.1e %9.1e  %s\n", kWords[k].what, static_cast<long long>(savings[k].bodies),
-        savings[k].distance_m, savings[k].angle_rad, kWords[k].why);
+    const bool is_known = std::isfinite(savings[k].distance_m);
+    is_any_unknown = is_any_unknown || !is_known;
+    add("%-16s %8lld %9s %9s  %s\n", kWords[k].what, static_cast<long long>(savings[k].bodies),
+        number(savings[k].distance_m, is_known).c_str(),
+        number(savings[k].angle_rad, is_known).c_str(), kWords[k].why);
   }
   add("\nm, rad: how far any point and the attitude may end from those of the full model, in "
       "which\n"
-      "every free body goes through every term of its equations in at least %g steps a tick.\n",
+      "every free body goes through every term of its equations in at least %g steps a tick: the\n"
+      "largest of the row's bodies, each with all that it leaves out in other rows as well.\n",
       kFullModel * explanation.steps_most());
+  if (is_any_unknown) {
+    add("unknown: some body's error may have grown beyond what can be bounded, up to pi rad.\n");
+  }
   if (explanation.touching() > 0) {
     add("%lld bodies came into contact and are sub-stepped there: no bound.\n",
         static_cast<long long>(explanation.touching()));
   }
   if (explanation.one_by_one() > 0) {
-    add("%lld bodies move one by one, with drag, springs or the scheme %s: nothing is left out.\n",
+    add("%lld bodies move one by one, with drag, springs or the scheme %s: not bounded here.\n",
         static_cast<long long>(explanation.one_by_one()), settings.scheme.c_str());
   }
   return text;
 }
 
 void explain(const ExplainOptions& options) {
+  SimulateOptions run_options;
+  run_options.dt_s = options.dt_s;
+  run_options.scheme = options.scheme;
   Scene scene = load_scene(options.scene);
+  scene.settings = settings_of(run_options, scene.settings);
   const std::int64_t ticks = ticks_of(options.duration_s, scene.settings);
   SceneRun run(std::move(scene));
   Explanation explanation(run);

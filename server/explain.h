@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,8 +28,8 @@ inline constexpr std::size_t kOmissions = 7;
 /// One of them, over a run.
 struct Saving {
   std::int64_t bodies = 0;  ///< that did without it, in some tick or in all
-  double distance_m = 0;    ///< bound, of any point of any of them, at the end
-  double angle_rad = 0;     ///< likewise, of the attitude
+  double distance_m = 0;    ///< bound, of any point of any of them, at the end; all they left out
+  double angle_rad = 0;     ///< likewise, of the attitude; both as Explanation::Bound
 };
 
 /// Follows a run tick by tick. Bodies that come into contact are counted, and no longer bounded
@@ -42,10 +44,13 @@ class Explanation {
 
   std::array<Saving, kOmissions> savings() const;
 
-  /// Bounds of one body of the scene; false if it has none.
+  /// Where the errors have grown beyond what can be bounded, the distance is infinite and the angle
+  /// pi: no two attitudes are farther apart.
   struct Bound {
     double distance_m, angle_rad;
+    bool is_known() const { return std::isfinite(distance_m); }
   };
+  /// Of one body of the scene; false if it has none: it touched, or moved one by one.
   bool bound(std::size_t body, Bound& bound) const;
 
   std::int64_t touching() const;  ///< bodies that were in contact
@@ -74,8 +79,10 @@ class Explanation {
 std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks);
 
 struct ExplainOptions {
-  std::string scene;      ///< path
-  double duration_s = 1;  ///< rounded to whole ticks, 1 or more
+  std::string scene;                  ///< path
+  double duration_s = 1;              ///< rounded to whole ticks, 1 or more
+  std::optional<double> dt_s;         ///< as SimulateOptions
+  std::optional<std::string> scheme;  ///< likewise
 };
 
 /// Runs the scene and writes the table to standard output. Throws as `simulate`.

@@ -108,6 +108,9 @@ void add_explain(CLI::App& app, ExplainOptions& options) {
       "explain", "Tell what a scene's bodies do without, and how wrong that may be");
   explain->add_option("SCENE", options.scene, "Scene (TOML)")->required();
   explain->add_option("--duration", options.duration_s, "Simulated time, s")->capture_default_str();
+  explain->add_option("--dt", options.dt_s, "Length of a tick, s, instead of the scene's");
+  explain->add_option("--scheme", options.scheme, "Scheme of free flight, instead of the scene's")
+      ->check(CLI::IsMember(scheme_names()));
   explain->footer(kExitCodes);
 }
 

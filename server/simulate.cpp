@@ -19,21 +19,6 @@ void check_range(const std::string& option, double value, double least, double m
   throw OptionError(option + text);
 }
 
-/// The scene's settings, as far as no option overrides them.
-WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings) {
-  if (options.dt_s) {
-    check_range("--dt", *options.dt_s, 1 / limits::kRateMax_hz, 1 / limits::kRateMin_hz);
-    settings.rate_hz = 1 / *options.dt_s;
-  }
-  if (options.sub_steps) {
-    check_range("--substeps", *options.sub_steps, 1, limits::kSubStepsMax);
-    settings.sub_steps = *options.sub_steps;
-  }
-  if (options.scheme) settings.scheme = *options.scheme;
-  settings.is_full = options.is_full;
-  return settings;
-}
-
 /// Writes all bodies after each tick, under their names or ids.
 class Trace {
  public:
@@ -108,6 +93,20 @@ void SceneRun::begin_due_wrenches() {
 StepReport SceneRun::step(Executor& executor, StepObserver* observer) {
   begin_due_wrenches();
   return world_.step(executor, observer);
+}
+
+WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings) {
+  if (options.dt_s) {
+    check_range("--dt", *options.dt_s, 1 / limits::kRateMax_hz, 1 / limits::kRateMin_hz);
+    settings.rate_hz = 1 / *options.dt_s;
+  }
+  if (options.sub_steps) {
+    check_range("--substeps", *options.sub_steps, 1, limits::kSubStepsMax);
+    settings.sub_steps = *options.sub_steps;
+  }
+  if (options.scheme) settings.scheme = *options.scheme;
+  settings.is_full = options.is_full;
+  return settings;
 }
 
 std::int64_t ticks_of(double duration_s, const WorldSettings& settings) {

@@ -57,6 +57,9 @@ class OptionError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The scene's settings, as far as no option overrides them. Throws OptionError.
+WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings);
+
 /// A duration (s) in whole ticks. Throws OptionError if that is not 1 to 1e9.
 std::int64_t ticks_of(double duration_s, const WorldSettings& settings);
 

@@ -233,6 +233,7 @@ void Daemon::step(PhaseTimer& timer) {
   const std::int64_t left_out = run_.wrenches_left_out();
   const bool was_crowded = last_report_.crowded > 0;
   last_report_ = run_.step(*executor_, &timer);
+  readings_.steps_unsolved += last_report_.unsolved;
   if (last_report_.springs_unconverged > 0) {
     readings_.springs_unconverged += last_report_.springs_unconverged;
     springs_log_.write(now_us(), {{"tick", run_.world().tick()}});

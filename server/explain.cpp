@@ -100,7 +100,7 @@ void Explanation::look(Body& body, const FlightAccount& account, double full_ste
   const Turn turn = account.need.turn;
   leave_out(Omission::sub_steps);
   if (turn == Turn::none) leave_out(Omission::rotation);
-  if (turn == Turn::steady) leave_out(Omission::gyroscopic_term);
+  if (turn == Turn::steady || turn == Turn::twisted_round) leave_out(Omission::gyroscopic_term);
   if (turn == Turn::tumbling || turn == Turn::tumbling_fast) leave_out(Omission::torque_series);
   if (turn == Turn::planar) leave_out(Omission::third_dimension);
   if (account.need.steps > 0) leave_out(Omission::common_rate);

@@ -112,6 +112,9 @@ void write_world(Page& page, const Readings& r) {
       "cradle_springs_unconverged_total",
       "Parts of ticks in which springs were too stiff for their equations: impulses instead.",
       r.springs_unconverged);
+  page.counter("cradle_steps_unsolved_total",
+               "Steps of bodies whose implicit scheme did not solve its equations.",
+               r.steps_unsolved);
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }
 

@@ -140,6 +140,7 @@ void simulate(const SimulateOptions& options) {
   for (Tick tick = 1; tick <= summary.ticks; ++tick) {
     const Stopwatch stopwatch;
     summary.last_step = run.step(threads);
+    summary.steps_unsolved += summary.last_step.unsolved;
     summary.springs_unconverged += summary.last_step.springs_unconverged;
     times_us.push_back(stopwatch.elapsed_us());
     summary.penetration_max_m =

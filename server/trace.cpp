@@ -121,6 +121,7 @@ std::string to_json(const Summary& s) {
   json.add("us_per_tick_p99", s.tick_times.p99_us);
   json.add("bodies", s.bodies);
   json.add("quarantined", s.quarantined);
+  json.add("steps_unsolved", s.steps_unsolved);
   json.add("springs_unconverged", s.springs_unconverged);
   json.add("not_colliding", s.not_colliding);
   json.add("pairs_by", std::string(s.last_step.pairs_by));

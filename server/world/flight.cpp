@@ -23,6 +23,7 @@ void fly_alone(World::State& s, std::size_t i) {
   Flight body{bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]};
   Work work;
   s.scheme->advance(body, {bodies.mass[i], bodies.inertia[i]}, loads, s.dt, work);
+  if (work.unsolved > 0) s.unsolved[i] = 1;
   end_tick(s, i, body);
 }
 
@@ -97,6 +98,8 @@ void add_drag(World::State& s) {
 }
 
 void fly_free(World::State& s, Executor& executor) {
+  s.unsolved.clear();
+  if (s.scheme->advance != exact || !s.dragged.empty()) s.unsolved.assign(s.bodies.size(), 0);
   if (s.scheme->advance != exact) {
     executor.for_ranges(static_cast<int>(s.bodies.size()), [&s](int begin, int end) {
       for (int i = begin; i < end; ++i) fly_alone(s, static_cast<std::size_t>(i));

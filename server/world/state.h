@@ -64,6 +64,7 @@ struct World::State {
   int springs_unconverged = 0;
   bool keeps_accounts = false;
   std::vector<FlightAccount> accounts;  ///< by slot, of the last step, if kept
+  std::vector<std::uint8_t> unsolved;   ///< by slot, see StepReport::unsolved; or empty
   std::vector<std::uint8_t> lost;       ///< by slot: the step made no usable numbers
 
   bool can_collide(ShapeKind kind) const {

@@ -189,6 +189,7 @@ StepReport World::Steps::report(const State& s) {
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
   report.springs_unconverged = s.springs_unconverged;
+  report.unsolved = static_cast<int>(std::count(s.unsolved.begin(), s.unsolved.end(), 1));
   report.pairs_by = s.culling.method;
   report.crowded = s.culling.crowded;
   return report;

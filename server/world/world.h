@@ -39,6 +39,7 @@ struct StepReport {
   double penetration_mean_m = 0;
   int bodies_in_contact = 0;    ///< that were sub-stepped
   int springs_unconverged = 0;  ///< parts of the tick that impulses did
+  int unsolved = 0;             ///< bodies whose implicit scheme did not solve its equations
   std::string_view pairs_by;    ///< how pairs were found, in a word: BroadPhaseReport::method
   /// Bodies in more pairs than are kept where too many are in one place: some of these pairs are
   /// left out, and touch nothing.

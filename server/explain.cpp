@@ -178,7 +178,7 @@ std::string to_text(const Explanation& explanation, const SceneRun& run, std::in
       "largest of the row's bodies, each with all that it leaves out in other rows as well.\n",
       kFullModel * explanation.steps_most());
   if (is_any_unknown) {
-    add("unknown: some body's error may have grown beyond what can be bounded, up to pi rad.\n");
+    text += "unknown: some body's error may have grown beyond what can be bounded, up to pi rad.\n";
   }
   if (explanation.touching() > 0) {
     add("%lld bodies came into contact and are sub-stepped there: no bound.\n",

@@ -51,8 +51,10 @@ FlightSample sample_of(const FlightAccount& account, double dt, double full_step
   return sample;
 }
 
-std::string number(double value, bool is_known) {
-  if (!is_known) return "unknown";
+/// A bound as people read it; "-": no body of the row has one.
+std::string number(double value, const Saving& saving) {
+  if (saving.bounded == 0) return "-";
+  if (!std::isfinite(saving.distance_m)) return "unknown";
   char text[20];
   std::snprintf(text, sizeof text, "%.1e", value);
   return text;
@@ -133,6 +135,7 @@ std::array<Saving, kOmissions> Explanation::savings() const {
     for (std::size_t k = 0; k < kOmissions; ++k) {
       if (!bodies_[i].does_without[k]) continue;
       ++savings[k].bodies;
+      savings[k].bounded += is_bounded ? 1 : 0;
       const auto omission = static_cast<Omission>(k);
       const bool is_exact = std::find(kInexact.begin(), kInexact.end(), omission) == kInexact.end();
       if (!is_bounded || is_exact) continue;
@@ -166,11 +169,10 @@ std::string to_text(const Explanation& explanation, const SceneRun& run, std::in
   bool is_any_unknown = false;
   for (std::size_t k = 0; k < kOmissions; ++k) {
     if (savings[k].bodies == 0) continue;
-    const bool is_known = std::isfinite(savings[k].distance_m);
-    is_any_unknown = is_any_unknown || !is_known;
+    is_any_unknown = is_any_unknown || !std::isfinite(savings[k].distance_m);
     add("%-16s %8lld %9s %9s  %s\n", kWords[k].what, static_cast<long long>(savings[k].bodies),
-        number(savings[k].distance_m, is_known).c_str(),
-        number(savings[k].angle_rad, is_known).c_str(), kWords[k].why);
+        number(savings[k].distance_m, savings[k]).c_str(),
+        number(savings[k].angle_rad, savings[k]).c_str(), kWords[k].why);
   }
   add("\nm, rad: how far any point and the attitude may end from those of the full model, in "
       "which\n"

@@ -27,9 +27,10 @@ inline constexpr std::size_t kOmissions = 7;
 
 /// One of them, over a run.
 struct Saving {
-  std::int64_t bodies = 0;  ///< that did without it, in some tick or in all
-  double distance_m = 0;    ///< bound, of any point of any of them, at the end; all they left out
-  double angle_rad = 0;     ///< likewise, of the attitude; both as Explanation::Bound
+  std::int64_t bodies = 0;   ///< that did without it, in some tick or in all
+  std::int64_t bounded = 0;  ///< of them, those with a bound
+  double distance_m = 0;     ///< bound, of any point of any of them, at the end; all they left out
+  double angle_rad = 0;      ///< likewise, of the attitude; both as Explanation::Bound
 };
 
 /// Follows a run tick by tick. Bodies that come into contact are counted, and no longer bounded

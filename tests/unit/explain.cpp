@@ -266,6 +266,14 @@ TEST_CASE("what is left out is counted, and what is exact has no error") {
   const std::string text = to_text(both.explanation, both.lean, 60);
   CHECK(text.find("5 bodies, 60 ticks of 16.6667 ms") == 0);
   CHECK(text.find("1 bodies came into contact") != std::string::npos);
+
+  Scene rest;  // all of its bodies touch: no row has a bound
+  rest.bodies = {landing, ground};
+  rest.bodies[0].p_WBo.z = -99.5;  // after a short fall
+  Both at_rest(rest);
+  for (int tick = 0; tick < 120; ++tick) at_rest.step();
+  const std::string no_bound = to_text(at_rest.explanation, at_rest.lean, 120);
+  CHECK(no_bound.find("sub-steps               1         -         -") != std::string::npos);
 }
 
 // A force that turns with the body, at a point of the world: the error of the place grows with

@@ -13,8 +13,6 @@
 namespace cradle {
 namespace {
 
-// At 0.16 energy drifts by 1.5e-8 in a minute ("240 random bodies"); T4 asks for 0.09 at most.
-constexpr double kStepAngle_rad = 0.14;
 // About 1.5 ms a body. At the fastest spin allowed, reached only at rates below 50 Hz.
 constexpr double kStepsMax = 25'000;
 

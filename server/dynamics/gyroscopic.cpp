@@ -11,10 +11,11 @@
 #include <cmath>
 #include <utility>
 
+#include "server/dynamics/free_flight.h"
+
 namespace cradle {
 namespace {
 
-constexpr double kStepAngle_rad = 0.14;  // as in free_flight.cpp
 // Up to these the series of order 4 and 6 leave less in energy than that of order 8 may at 0.14
 // (1.4e-11): measured 1e-11 and 2e-12, of 20 000 bodies ("torque-free").
 constexpr double kOrder4Angle_rad = 0.014;

@@ -153,9 +153,8 @@ void glide_quadratic(Flight& body, const QuadraticDrag& drag, double h, Work& wo
 // Rotation.
 
 constexpr std::size_t kOrder = 8;
-constexpr double kStepAngle_rad = 0.14;  // as in free_flight.cpp
-constexpr double kStepsMax = 4000;       // about 1 ms
-constexpr double kStopped_rad = 1e-18;   // a turn in the tick: below all rounding
+constexpr double kStepsMax = 4000;      // about 1 ms
+constexpr double kStopped_rad = 1e-18;  // a turn in the tick: below all rounding
 
 struct Spin {
   Vector torque_W, torque_B;

@@ -47,6 +47,21 @@ Aabb bounds_of_hull(const Collider& collider) {
   return box;
 }
 
+Aabb bounds_of_compound(const Collider& collider) {
+  const Compound* compound =
+      collider.geometry ? std::get_if<Compound>(&collider.geometry->value) : nullptr;
+  Aabb box;
+  if (compound == nullptr) return box;
+  const Pose& X = collider.X_WB;
+  for (const CompoundPart& part : compound->parts) {
+    const Pose X_WP{X.x + X.R * part.p_BoPo, X.R * part.q_BP.toRotationMatrix()};
+    const Aabb own = bounds({part.shape, X_WP, part.geometry.get()});
+    box.lower = box.lower.cwiseMin(own.lower);
+    box.upper = box.upper.cwiseMax(own.upper);
+  }
+  return box;
+}
+
 }  // namespace
 
 Aabb bounds(const Collider& collider) {
@@ -55,8 +70,9 @@ Aabb bounds(const Collider& collider) {
     case ShapeKind::none:
     case ShapeKind::half_space:
     case ShapeKind::mesh:
-    case ShapeKind::compound:
       return {};
+    case ShapeKind::compound:
+      return bounds_of_compound(collider);
     case ShapeKind::cone:
       return bounds_of_cone(collider.shape, X_WB);
     case ShapeKind::hull:

@@ -6,7 +6,7 @@
 namespace cradle {
 
 /// The tight box of a posed shape; empty for what has no end or nothing to collide with: `none`,
-/// `half_space`, `mesh` and `compound`, and a hull without its geometry.
+/// `half_space` and `mesh`, and what lacks its geometry.
 Aabb bounds(const Collider& collider);
 inline Aabb bounds(const Shape& shape, const Pose& X_WB) { return bounds(Collider{shape, X_WB}); }
 

@@ -18,6 +18,7 @@ struct ContactPoint {
 
 /// Up to four points that share one normal.
 struct Manifold {
+  std::uint64_t part = 0;  ///< which parts of two bodies meet: see manifolds.h; 0 of convex ones
   Vector normal_W = Vector::UnitZ();  ///< unit, from A to B
   int count = 0;                      ///< of points; zero: nothing within the margin
   std::array<ContactPoint, kManifoldPoints> points;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "server/collision/manifolds.h"
 #include "server/collision/pair_functions.h"
 
 namespace cradle {
@@ -59,7 +60,9 @@ constexpr PairFunction kPairTable[kKinds][kKinds] = {
 
 }  // namespace
 
-bool can_collide(ShapeKind kind) { return static_cast<std::size_t>(kind) < kKinds; }
+bool can_collide(ShapeKind kind) {
+  return static_cast<std::size_t>(kind) < kKinds || is_composite(kind);
+}
 
 Manifold collide(const Collider& A, const Collider& B, double margin) {
   const auto row = static_cast<std::size_t>(A.shape.kind);

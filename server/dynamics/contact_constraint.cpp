@@ -21,6 +21,7 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
   ContactConstraint c;
   c.a = a;
   c.b = b;
+  c.part = manifold.part;
   c.n = manifold.normal_W;
   tangents(c.n, c.t1, c.t2);
   c.count = manifold.count;

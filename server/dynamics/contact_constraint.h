@@ -36,12 +36,13 @@ struct ConstraintPoint {
   double approach = 0;   ///< normal velocity at the tick's start, m/s; negative: closing
   double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
-  double lambda_max = 0;  ///< largest of the tick: did the point ever carry anything
-  std::uint32_t feature = 0;
+  double lambda_max = 0;      ///< largest of the tick: did the point ever carry anything
+  std::uint32_t feature = 0;  ///< as in the manifold
 };
 
 struct ContactConstraint {
   std::int32_t a = 0, b = 0;  ///< slots
+  std::uint64_t part = 0;     ///< as in the manifold
   Vector n, t1, t2;
   double friction = 0;
   double restitution = 0;

@@ -13,6 +13,7 @@ void ContactCache::restore(std::span<const std::int64_t> ids,
         std::pair(ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)]);
     while (entry != entries_.end() && std::pair(entry->a, entry->b) < pair) ++entry;
     for (auto e = entry; e != entries_.end() && std::pair(e->a, e->b) == pair; ++e) {
+      if (e->part != c.part) continue;
       for (ConstraintPoint& p : c.used()) {
         if (p.feature != e->feature) continue;
         p.lambda = e->lambda;
@@ -28,7 +29,8 @@ void ContactCache::store(std::span<const std::int64_t> ids,
   for (const ContactConstraint& c : constraints) {
     for (const ConstraintPoint& p : c.used()) {
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          p.feature, p.lambda, p.lambda_t.x() * c.t1 + p.lambda_t.y() * c.t2});
+                          c.part, p.feature, p.lambda,
+                          p.lambda_t.x() * c.t1 + p.lambda_t.y() * c.t2});
     }
   }
 }

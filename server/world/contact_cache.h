@@ -9,9 +9,11 @@
 
 namespace cradle {
 
-/// One point's impulses, by the ids of its bodies (a < b) and the feature that made it.
+/// One point's impulses, by the ids of its bodies (a < b), and which of their parts and
+/// features meet.
 struct CachedImpulse {
   std::int64_t a = 0, b = 0;
+  std::uint64_t part = 0;
   std::uint64_t feature = 0;
   double lambda = 0;                 ///< N s, of a sub-step
   Vector friction = Vector::Zero();  ///< N s, in W: survives a turn of the tangents

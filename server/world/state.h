@@ -7,6 +7,7 @@
 
 #include "server/collision/broad_phase.h"
 #include "server/collision/collider.h"
+#include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
 #include "server/dynamics/contact_solver.h"
@@ -18,6 +19,18 @@
 #include "server/world/wrenches.h"
 
 namespace cradle {
+
+/// A pair with any number of manifolds.
+struct CompositePair {
+  std::size_t pair = 0;  ///< its place among the pairs
+  std::vector<Manifold> manifolds;
+};
+
+/// Two bodies, by slot, and a manifold of theirs.
+struct Touch {
+  BodyPair pair;
+  const Manifold* manifold;
+};
 
 struct World::State {
   explicit State(const WorldSettings& s);
@@ -53,7 +66,10 @@ struct World::State {
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
   BroadPhaseReport culling;
-  std::vector<Manifold> manifolds;
+  std::vector<Manifold> manifolds;        ///< one a pair; of pairs of convex shapes
+  std::vector<CompositePair> composites;  ///< the other pairs, in their order
+  std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
+  std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
@@ -113,7 +129,7 @@ static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
 static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
 static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
 static_assert(sizeof(Drag) == 3 * sizeof(double));
-static_assert(sizeof(CachedImpulse) == 3 * 8 + 4 * sizeof(double));
+static_assert(sizeof(CachedImpulse) == 4 * 8 + 4 * sizeof(double));
 static_assert(sizeof(Material) == 2 * sizeof(double));
 
 }  // namespace cradle

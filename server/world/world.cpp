@@ -29,6 +29,8 @@ struct World::Steps {
   static void list_colliders(State& s);
   static void find_pairs(State& s);
   static void collide(State& s, Executor& executor);
+  static void list_composites(State& s);
+  static void list_touching(State& s);
   static void list_contacts(State& s);
   static void prepare(State& s);
   static StepReport report(const State& s);
@@ -45,6 +47,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   Steps::collide(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
+  Steps::list_touching(s);
   Steps::list_contacts(s);
   Steps::prepare(s);
   move_with_springs(s);
@@ -109,30 +112,71 @@ void World::Steps::find_pairs(State& s) {
   s.renumbered = false;
 }
 
-/// One manifold a pair, also for what may touch before the tick ends.
+/// The manifolds of all pairs, also of what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
+  const auto margin = [&s](const BodyPair& pair) {
+    return kSpeculativeMargin_m +
+           s.dt * (s.bodies.v[index(pair.b)] - s.bodies.v[index(pair.a)]).norm();
+  };
   s.manifolds.resize(s.pairs.size());
   executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      const auto [a, b] = s.pairs[index(k)];
-      const std::size_t A = index(a);
-      const std::size_t B = index(b);
-      const double margin = kSpeculativeMargin_m + s.dt * (s.bodies.v[B] - s.bodies.v[A]).norm();
+      const BodyPair& pair = s.pairs[index(k)];
+      const Collider A = s.collider(index(pair.a)), B = s.collider(index(pair.b));
+      if (is_composite(A.shape.kind) || is_composite(B.shape.kind)) continue;
       s.manifolds[index(k)] = s.settings.is_planar
-                                  ? collide_in_plane(s.bodies.shape[A], s.poses[A],
-                                                     s.bodies.shape[B], s.poses[B], margin)
-                                  : cradle::collide(s.collider(A), s.collider(B), margin);
+                                  ? collide_in_plane(A.shape, A.X_WB, B.shape, B.X_WB, margin(pair))
+                                  : cradle::collide(A, B, margin(pair));
     }
   });
+  list_composites(s);
+  executor.for_ranges(static_cast<int>(s.composites_used), [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      CompositePair& composite = s.composites[index(k)];
+      const BodyPair& pair = s.pairs[composite.pair];
+      add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), margin(pair),
+                    composite.manifolds);
+    }
+  });
+}
+
+/// The pairs with more than one manifold, none found yet.
+void World::Steps::list_composites(State& s) {
+  s.composites_used = 0;
+  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
+    const BodyPair& pair = s.pairs[k];
+    if (!is_composite(s.bodies.shape[index(pair.a)].kind) &&
+        !is_composite(s.bodies.shape[index(pair.b)].kind)) {
+      continue;
+    }
+    s.manifolds[k].count = 0;
+    if (s.composites_used == s.composites.size()) s.composites.emplace_back();
+    CompositePair& composite = s.composites[s.composites_used++];
+    composite.pair = k;
+    composite.manifolds.clear();
+  }
+}
+
+/// All manifolds with points, in the order of their pairs.
+void World::Steps::list_touching(State& s) {
+  s.touching.clear();
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
+    if (s.manifolds[k].count > 0) s.touching.push_back({s.pairs[k], &s.manifolds[k]});
+    if (next == s.composites_used || s.composites[next].pair != k) continue;
+    for (const Manifold& manifold : s.composites[next].manifolds) {
+      s.touching.push_back({s.pairs[k], &manifold});
+    }
+    ++next;
+  }
 }
 
 /// Who is in contact: these bodies are sub-stepped, with all that acts on them known in W.
 void World::Steps::list_contacts(State& s) {
   BodyTable& bodies = s.bodies;
   std::fill(bodies.in_contact.begin(), bodies.in_contact.end(), std::uint8_t{0});
-  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
-    if (s.manifolds[k].count == 0) continue;
-    bodies.in_contact[index(s.pairs[k].a)] = bodies.in_contact[index(s.pairs[k].b)] = 1;
+  for (const Touch& touch : s.touching) {
+    bodies.in_contact[index(touch.pair.a)] = bodies.in_contact[index(touch.pair.b)] = 1;
   }
   s.moving.clear();
   s.driven.clear();
@@ -163,13 +207,12 @@ void World::Steps::list_contacts(State& s) {
 /// The constraints of this tick.
 void World::Steps::prepare(State& s) {
   s.constraints.clear();
-  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
-    if (s.manifolds[k].count == 0) continue;
-    const auto [a, b] = s.pairs[k];
+  for (const Touch& touch : s.touching) {
+    const auto [a, b] = touch.pair;
     const Material& A = s.bodies.material[index(a)];
     const Material& B = s.bodies.material[index(b)];
     ContactConstraint& c = s.constraints.emplace_back(
-        make_constraint(s.manifolds[k], a, b, s.arrays(), s.inverse_inertia_W));
+        make_constraint(*touch.manifold, a, b, s.arrays(), s.inverse_inertia_W));
     c.friction = std::sqrt(A.friction * B.friction);
     c.restitution = std::max(A.restitution, B.restitution);
   }

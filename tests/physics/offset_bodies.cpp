@@ -90,7 +90,8 @@ TEST_CASE("a force at Bo turns a body whose centre of mass is elsewhere") {
   const Matrix R = to_eigen(spec.q_WB).normalized().toRotationMatrix();
   const Vector F(3, -2, 5);
   const auto w_after = [&](WrenchPoint kind, const Vec3& point, bool in_body = false) {
-    Wrench wrench = impulse_at(add(world, spec), kind, point, to_plain(F));
+    const BodyId id = add(world, spec);
+    Wrench wrench = impulse_at(id, kind, point, to_plain(F));
     if (in_body) {
       wrench.frame = WrenchFrame::body;
       wrench.value = to_plain(Vector(R.transpose() * F));
@@ -98,6 +99,7 @@ TEST_CASE("a force at Bo turns a body whose centre of mass is elsewhere") {
     REQUIRE(world.push(std::array{wrench}).result == Result::ok);
     world.step();
     const BodyState s = state(world, wrench.body);
+    REQUIRE(world.despawn(std::array{id}).result == Result::ok);  // out of the way
     CHECK((to_eigen(s.v_WBcm) - F / m.mass_kg).norm() < 1e-14);
     // The gyroscopic term changes w within the tick, but not the angular momentum.
     return angular_momentum(s, m.inertia_kgm2());

@@ -34,7 +34,7 @@ TEST_CASE("a table stands on its four legs") {
   World world(settings());
   add(world, ground());
   const BodyId table = add(world, body_of(world, compound_of(parts), {0, 0, 0}));
-  steps(world, 120);
+  steps(world, 240);
   const BodyState s = state(world, table);
   CHECK(s.p_WBo.z == Approx(0).margin(1e-3));
   CHECK(std::hypot(s.p_WBo.x, s.p_WBo.y) < 1e-4);  // sinks on one leg after the other at first

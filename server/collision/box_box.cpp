@@ -33,24 +33,29 @@ struct Boxes {
 struct FaceAxis {
   double s = 0;
   int axis = 0;
+  double next = 0;  ///< the largest s of the other axes, and of this one the other way round
 };
 
 struct EdgeAxis {
   double s = -kInfinity;
   int i = 0, j = 0;
+  double next = -kInfinity;  ///< the largest s of edges that are just too parallel to count
 };
 
-FaceAxis best_face_of_A(const Boxes& b) {
+/// `t`: the other centre; `reach`: what both boxes have along the axes.
+FaceAxis best_face(const Vector& t, const Vector& reach) {
+  const Vector s = t.cwiseAbs() - reach;
   FaceAxis best;
-  best.s = (b.t.cwiseAbs() - b.h_A - b.abs_C * b.h_B).maxCoeff(&best.axis);
+  best.s = s.maxCoeff(&best.axis);
+  const int i = best.axis;
+  best.next = std::max({s[(i + 1) % 3], s[(i + 2) % 3], best.s - 2 * std::abs(t[i])});
   return best;
 }
 
+FaceAxis best_face_of_A(const Boxes& b) { return best_face(b.t, b.h_A + b.abs_C * b.h_B); }
+
 FaceAxis best_face_of_B(const Boxes& b) {
-  const Vector t_B = b.C.transpose() * b.t;
-  FaceAxis best;
-  best.s = (t_B.cwiseAbs() - b.h_B - b.abs_C.transpose() * b.h_A).maxCoeff(&best.axis);
-  return best;
+  return best_face(b.C.transpose() * b.t, b.h_B + b.abs_C.transpose() * b.h_A);
 }
 
 /// The best of the axes a_i x b_j. With l their length, s |s| / l^2 sorts them as s / l does, and
@@ -64,10 +69,15 @@ EdgeAxis best_edge_axis(const Boxes& b) {
       const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
       const double y = b.C(i1, j), z = b.C(i2, j);
       const double length2 = y * y + z * z;
-      if (length2 < kTolerances.parallel_sine2) continue;
+      constexpr double kSoonCounts = 0.8;
+      if (length2 < kSoonCounts * kTolerances.parallel_sine2) continue;
       const double s = std::abs(b.t[i2] * y - b.t[i1] * z) - b.h_A[i1] * std::abs(z) -
                        b.h_A[i2] * std::abs(y) - b.h_B[j1] * b.abs_C(i, j2) -
                        b.h_B[j2] * b.abs_C(i, j1);
+      if (length2 < kTolerances.parallel_sine2) {
+        best.next = std::max(best.next, s / std::sqrt(length2));
+        continue;
+      }
       const double square = s * std::abs(s) / length2;
       if (square > best_square) best_square = square, best.i = i, best.j = j;
     }
@@ -120,6 +130,7 @@ Manifold meet_edges(const Boxes& boxes, const EdgeAxis& axis, const Pose& X_WA, 
   constexpr std::uint32_t kNoFace = 15u << 12;
   manifold.normal_W = X_WA.R * n;
   manifold.count = 1;
+  manifold.lead = -1;  // turns with both boxes, the more the less the edges cross
   manifold.points[0] = {X_WA.x + X_WA.R * (0.5 * (p + q)), axis.s,
                         kNoFace | edge_A.name << 6 | edge_B.name};
   return manifold;
@@ -129,6 +140,17 @@ Manifold meet_edges(const Boxes& boxes, const EdgeAxis& axis, const Pose& X_WA, 
 double length_scale(const Boxes& b) {
   return std::min(1.0,
                   std::min(b.h_A.minCoeff(), b.h_B.minCoeff()) / kTolerances.nominal_half_extent_m);
+}
+
+Manifold without_lead(Manifold manifold) {
+  manifold.lead = -1;
+  return manifold;
+}
+
+Manifold apart(double separation) {
+  Manifold nothing;
+  nothing.lead = separation;
+  return nothing;
 }
 
 }  // namespace
@@ -144,17 +166,18 @@ Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
   boxes.abs_C = boxes.C.cwiseAbs();
 
   const FaceAxis face_A = best_face_of_A(boxes);
-  if (!(face_A.s <= margin)) return {};
+  if (!(face_A.s <= margin)) return apart(face_A.s);
   const FaceAxis face_B = best_face_of_B(boxes);
-  if (!(face_B.s <= margin)) return {};
+  if (!(face_B.s <= margin)) return apart(face_B.s);
   const EdgeAxis edge = best_edge_axis(boxes);
-  if (edge.s > margin) return {};
+  if (edge.s > margin) return apart(edge.s);
 
   const double scale = length_scale(boxes);
   const double slack = scale * kTolerances.clip_slack_m;
+  const double bias = scale * kTolerances.reference_bias_m;
+  const bool on_A = face_B.s <= face_A.s + bias;
   const auto meet_faces = [&] {
     const PosedBox A{boxes.h_A, X_WA}, B{boxes.h_B, X_WB};
-    const bool on_A = face_B.s <= face_A.s + scale * kTolerances.reference_bias_m;
     return on_A ? clip_faces(A, B, face_A.axis, 0, margin, slack)
                 : clip_faces(B, A, face_B.axis, 1, margin, slack);
   };
@@ -163,12 +186,20 @@ Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
   };
 
   const double face = std::max(face_A.s, face_B.s);
-  const double lead =
+  const double edge_bias =
       scale * kTolerances.edge_bias_m + kTolerances.edge_bias_per_depth * std::max(0.0, -face);
-  const bool edges_first = edge.s > face + lead;
-  const Manifold manifold = edges_first ? meet_best_edges() : meet_faces();
-  if (manifold.count > 0) return manifold;
-  return edges_first ? meet_faces() : meet_best_edges();
+  if (edge.s > face + edge_bias) {
+    const Manifold manifold = meet_best_edges();
+    if (manifold.count > 0) return manifold;
+  }
+  Manifold manifold = meet_faces();
+  if (manifold.count == 0) return meet_best_edges();
+  const double over_faces = on_A ? std::min(face_A.s - face_A.next, face_A.s + bias - face_B.s)
+                                 : std::min(face_B.s - face_B.next, face_B.s - bias - face_A.s);
+  // One corner over a face may be about to meet an edge, along a direction that is no axis yet.
+  if (manifold.count == 1) return without_lead(manifold);
+  manifold.lead = std::min(over_faces, face + edge_bias - std::max(edge.s, edge.next));
+  return manifold;
 }
 
 }  // namespace cradle

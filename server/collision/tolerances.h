@@ -50,6 +50,15 @@ struct CollisionTolerances {
   /// m, scaled. A contact that misses the exact separation by less gets it; else the point where
   /// the closest points were is added. Test: "the deepest separation is the overlap".
   double witness_m = 1e-6;
+
+  /// Of the smaller body's reach, at most of 1 m. A manifold is made anew when its bodies have
+  /// moved by more: by then its points have wandered by as much over the faces.
+  double kept_motion = 1e-4;
+  /// Likewise where the lead of its normal is not known.
+  double blind_motion = 5e-5;
+  /// m. A margin that has grown by less asks for no new manifold: the points that would come are
+  /// that far from touching. Test of these three: "kept manifolds are as good as fresh ones".
+  double kept_margin_m = 1e-3;
 };
 
 inline constexpr CollisionTolerances kTolerances;

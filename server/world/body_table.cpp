@@ -42,13 +42,7 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
 }
 
 void BodyTable::remove(const std::vector<std::uint8_t>& is_removed) {
-  for_each_array([&](const char*, auto& array) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < array.size(); ++i) {
-      if (is_removed[i] == 0) array[kept++] = array[i];
-    }
-    array.resize(kept);
-  });
+  for_each_array([&](const char*, auto& array) { remove_slots(is_removed, array); });
 }
 
 }  // namespace cradle

@@ -22,6 +22,16 @@ namespace cradle {
 
 using NameBytes = std::array<char, 32>;  ///< zero padded
 
+/// Removes the slots whose flag is not zero; the others keep their order.
+template <class T>
+void remove_slots(const std::vector<std::uint8_t>& is_removed, std::vector<T>& by_slot) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < by_slot.size(); ++i) {
+    if (is_removed[i] == 0) by_slot[kept++] = by_slot[i];
+  }
+  by_slot.resize(kept);
+}
+
 /// A body as users see it.
 struct BodyFrame {
   Vector p_WBo;  ///< m

@@ -161,6 +161,8 @@ Outcome World::despawn(std::span<const BodyId> bodies) {
     s.events.back().tick = s.tick + 1;
   }
   s.bodies.remove(is_removed);
+  remove_slots(is_removed, s.poses);
+  remove_slots(is_removed, s.paths);
   std::erase_if(s.wrenches, [&](const ActiveWrench& active) {
     return std::binary_search(ids.begin(), ids.end(), active.wrench.body.value);
   });

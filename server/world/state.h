@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "server/collision/bounds.h"
 #include "server/collision/broad_phase.h"
 #include "server/collision/collider.h"
 #include "server/collision/manifolds.h"
@@ -15,6 +16,7 @@
 #include "server/dynamics/spring_step.h"
 #include "server/world/body_table.h"
 #include "server/world/contact_cache.h"
+#include "server/world/pair_memory.h"
 #include "server/world/world.h"
 #include "server/world/wrenches.h"
 
@@ -45,6 +47,9 @@ struct World::State {
   std::vector<ActiveWrench> wrenches;
   std::vector<Spring> springs;  ///< in order of arrival
   ContactCache contacts;
+  PairMemory memory;
+  std::vector<Pose> poses;    ///< by slot: where colliders were when pairs were last looked for
+  std::vector<double> paths;  ///< m, by slot: the way that a collider's points have gone at most
   std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
 
   // Does not: made from the above, made anew each tick, or only reported.
@@ -60,7 +65,7 @@ struct World::State {
   Loads loads;
   std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them
-  std::vector<Pose> poses;                 ///< by slot, of colliders
+  std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
   std::vector<Aabb> boxes;                 ///< of colliders, in their order
   std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
@@ -88,6 +93,17 @@ struct World::State {
   }
   BodyArrays arrays();
   FlightArrays flight_arrays();
+
+  bool is_composite(const BodyPair& pair) const {
+    return cradle::is_composite(bodies.shape[static_cast<std::size_t>(pair.a)].kind) ||
+           cradle::is_composite(bodies.shape[static_cast<std::size_t>(pair.b)].kind);
+  }
+
+  /// m, of the ball about Bo that holds the body's shape.
+  double reach(std::size_t i) const {
+    const Collider C = collider(i);
+    return C.geometry != nullptr ? bounding_radius(*C.geometry) : bounding_radius(C.shape);
+  }
 
   /// What the narrow phase sees of a body, at its pose of this tick.
   Collider collider(std::size_t i) const {
@@ -120,6 +136,9 @@ struct World::State {
     array("wrenches", wrenches);
     array("springs", springs);
     array("contact impulses", contacts.entries());
+    memory.for_each_array(array);
+    array("poses", poses);
+    array("paths", paths);
     array("geometries", geometry_digests);
   }
 };

@@ -71,9 +71,11 @@ StepReport World::step() {
 void World::Steps::list_colliders(State& s) {
   s.colliders.clear();
   s.collider_ids.clear();
+  s.reaches.resize(s.bodies.size());
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     const ShapeKind kind = s.bodies.shape[i].kind;
     if (kind != ShapeKind::none && s.can_collide(kind)) {
+      s.reaches[i] = s.reach(i);
       s.colliders.push_back(static_cast<std::int32_t>(i));
       s.collider_ids.push_back(s.bodies.id[i]);
     }
@@ -82,6 +84,7 @@ void World::Steps::list_colliders(State& s) {
   s.moves.resize(s.colliders.size());
   const std::size_t slots = s.colliders.empty() ? 0 : s.bodies.size();
   s.poses.resize(slots);
+  s.paths.resize(slots);
   s.inverse_inertia_W.resize(slots);
 }
 
@@ -95,7 +98,9 @@ void World::Steps::find_pairs(State& s) {
   for (std::size_t k = 0; k < s.colliders.size(); ++k) {
     const std::size_t i = index(s.colliders[k]);
     const BodyFrame B = s.bodies.frame(i);
-    s.poses[i] = {B.p_WBo, B.q_WB.toRotationMatrix()};
+    const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
+    s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
+    s.poses[i] = now;
     s.moves[k] = s.bodies.is_moving(i) ? 1 : 0;
     s.boxes[k] = {};
     if (s.bodies.quarantined[i] != 0) continue;
@@ -112,29 +117,36 @@ void World::Steps::find_pairs(State& s) {
   s.renumbered = false;
 }
 
+double margin_of(const World::State& s, const BodyPair& pair) {
+  return kSpeculativeMargin_m +
+         s.dt * (s.bodies.v[index(pair.b)] - s.bodies.v[index(pair.a)]).norm();
+}
+
+/// The manifold of the k-th pair, of two convex shapes: last tick's, while it holds.
+Manifold manifold_of(World::State& s, std::size_t k) {
+  const std::size_t a = index(s.pairs[k].a), b = index(s.pairs[k].b);
+  const Collider A = s.collider(a), B = s.collider(b);
+  const double margin = margin_of(s, s.pairs[k]);
+  if (s.settings.is_planar) return collide_in_plane(A.shape, A.X_WB, B.shape, B.X_WB, margin);
+  return s.memory.manifold(k, A, B, s.paths[a] + s.paths[b], std::min(s.reaches[a], s.reaches[b]),
+                           margin);
+}
+
 /// The manifolds of all pairs, also of what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
-  const auto margin = [&s](const BodyPair& pair) {
-    return kSpeculativeMargin_m +
-           s.dt * (s.bodies.v[index(pair.b)] - s.bodies.v[index(pair.a)]).norm();
-  };
+  if (!s.settings.is_planar) s.memory.follow(s.pairs, s.bodies.id, s.bodies.shape);
   s.manifolds.resize(s.pairs.size());
+  list_composites(s);
   executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      const BodyPair& pair = s.pairs[index(k)];
-      const Collider A = s.collider(index(pair.a)), B = s.collider(index(pair.b));
-      if (is_composite(A.shape.kind) || is_composite(B.shape.kind)) continue;
-      s.manifolds[index(k)] = s.settings.is_planar
-                                  ? collide_in_plane(A.shape, A.X_WB, B.shape, B.X_WB, margin(pair))
-                                  : cradle::collide(A, B, margin(pair));
+      if (!s.is_composite(s.pairs[index(k)])) s.manifolds[index(k)] = manifold_of(s, index(k));
     }
   });
-  list_composites(s);
   executor.for_ranges(static_cast<int>(s.composites_used), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       CompositePair& composite = s.composites[index(k)];
       const BodyPair& pair = s.pairs[composite.pair];
-      add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), margin(pair),
+      add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), margin_of(s, pair),
                     composite.manifolds);
     }
   });
@@ -144,11 +156,7 @@ void World::Steps::collide(State& s, Executor& executor) {
 void World::Steps::list_composites(State& s) {
   s.composites_used = 0;
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
-    const BodyPair& pair = s.pairs[k];
-    if (!is_composite(s.bodies.shape[index(pair.a)].kind) &&
-        !is_composite(s.bodies.shape[index(pair.b)].kind)) {
-      continue;
-    }
+    if (!s.is_composite(s.pairs[k])) continue;
     s.manifolds[k].count = 0;
     if (s.composites_used == s.composites.size()) s.composites.emplace_back();
     CompositePair& composite = s.composites[s.composites_used++];

@@ -18,6 +18,7 @@ World busy_world() {
   world.add_geometry(make_hull(corners).geometry);
   add(world, ground());
   for (int i = 0; i < 4; ++i) add(world, brick({0.5, 0.5, 0.5}, {0.1 * i, 0, 0.5 + i}));
+  const BodyId lid = add(world, brick({0.5, 0.5, 0.5}, {0.4, 0, 4.5}));
   const BodyId gone = add(world, ball(0.5, {5, 0, 9}));
   BodySpec named = ball(0.5, {-5, 0, 9}, {1, 0, 0});
   named.name = "named";
@@ -37,7 +38,7 @@ World busy_world() {
   spring.stiffness = 3;
   world.add_springs(std::array{spring});
   steps(world, 20);
-  world.despawn(std::array{gone});
+  world.despawn(std::array{lid, gone});
   steps(world, 20);
   return world;
 }

@@ -1,0 +1,75 @@
+#include "server/collision/kept_manifold.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/collision/tolerances.h"
+
+namespace cradle {
+namespace {
+
+bool is_closed_form(ShapeKind A, ShapeKind B) {
+  if (A == ShapeKind::sphere) return B != ShapeKind::ellipsoid && B != ShapeKind::hull;
+  return A == ShapeKind::capsule && B == ShapeKind::capsule;
+}
+
+bool has_inside(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::box:
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::hull:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+bool is_worth_keeping(ShapeKind A, ShapeKind B) {
+  return has_inside(A) && has_inside(B) && !is_closed_form(A, B) && !is_closed_form(B, A);
+}
+
+double bearable_motion(const Manifold& manifold, double reach) {
+  if (manifold.count == 0) return manifold.lead;
+  if (manifold.lead == 0) return kTolerances.blind_motion * reach;
+  return std::min(manifold.lead / 2, kTolerances.kept_motion * std::min(reach, 1.0));
+}
+
+KeptManifold keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB) {
+  KeptManifold kept;
+  kept.n_A = X_WA.R.transpose() * manifold.normal_W;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
+    const ContactPoint& point = manifold.points[k];
+    const Vector half = 0.5 * point.separation * manifold.normal_W;
+    kept.points[k] = {X_WA.R.transpose() * (point.p_W - half - X_WA.x),
+                      X_WB.R.transpose() * (point.p_W + half - X_WB.x), point.feature};
+  }
+  return kept;
+}
+
+Manifold posed(const KeptManifold& kept, int count, const Pose& X_WA, const Pose& X_WB) {
+  Manifold manifold;
+  manifold.normal_W = X_WA.R * kept.n_A;
+  manifold.count = count;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+    const Vector on_A = X_WA.x + X_WA.R * kept.points[k].p_A;
+    const Vector on_B = X_WB.x + X_WB.R * kept.points[k].p_B;
+    manifold.points[k] = {0.5 * (on_A + on_B), manifold.normal_W.dot(on_B - on_A),
+                          static_cast<std::uint32_t>(kept.points[k].feature)};
+  }
+  return manifold;
+}
+
+double motion(const Pose& from, const Pose& to, double reach) {
+  if (from.x == to.x && from.R == to.R) return 0;  // also where reach is infinite
+  // |(R1 - R0) p| <= 2 sin(angle / 2) |p|, and that is the Frobenius norm by the root of two.
+  return (to.x - from.x).norm() + reach * (to.R - from.R).norm() / std::numbers::sqrt2;
+}
+
+}  // namespace cradle

@@ -1,0 +1,62 @@
+#include "server/world/pair_memory.h"
+
+#include <utility>
+
+#include "server/collision/narrow_phase.h"
+#include "server/collision/tolerances.h"
+
+namespace cradle {
+namespace {
+
+bool is_before(const KeptPair& p, const KeptPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; }
+
+}  // namespace
+
+void PairMemory::follow(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
+                        std::span<const Shape> shapes) {
+  std::swap(pairs_, last_);
+  pairs_.clear();
+  auto old = last_.begin();
+  for (const BodyPair& pair : pairs) {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    KeptPair now{ids[a], ids[b]};
+    for (; old != last_.end() && is_before(*old, now); ++old) release(*old);
+    if (old != last_.end() && !is_before(now, *old)) {
+      now = *old++;
+    } else if (is_worth_keeping(shapes[a].kind, shapes[b].kind)) {
+      if (free_.empty()) {
+        free_.push_back(static_cast<std::int64_t>(manifolds_.size()));
+        manifolds_.emplace_back();
+      }
+      now.place = free_.back();
+      free_.pop_back();
+    }
+    pairs_.push_back(now);
+  }
+  for (; old != last_.end(); ++old) release(*old);
+}
+
+Manifold PairMemory::manifold(std::size_t k, const Collider& A, const Collider& B, double path,
+                              double reach, double margin) {
+  KeptPair& pair = pairs_[k];
+  if (pair.place < 0) return collide(A, B, margin);
+  KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
+  pair.is_held = pair.count > 0
+                     ? path < pair.until_m && margin <= pair.margin_m + kTolerances.kept_margin_m
+                     : path + margin < pair.until_m;
+  if (pair.is_held != 0) {
+    return posed(kept, static_cast<int>(pair.count), A.X_WB, B.X_WB);
+  }
+  const Manifold made = collide(A, B, margin);
+  pair.count = made.count;
+  pair.until_m = path + bearable_motion(made, reach);
+  pair.margin_m = margin;
+  if (made.count > 0) kept = keep(made, A.X_WB, B.X_WB);
+  return made;
+}
+
+void PairMemory::release(const KeptPair& pair) {
+  if (pair.place >= 0) free_.push_back(pair.place);
+}
+
+}  // namespace cradle

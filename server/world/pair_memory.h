@@ -1,0 +1,61 @@
+/// What pairs of bodies remember from tick to tick: their manifold, while it holds.
+///
+/// Manifolds stay at their place while their pair lasts; a pair that ends leaves its place to a
+/// later one. Places depend on the pairs of all ticks so far and on nothing else.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/collision/broad_phase.h"
+#include "server/collision/kept_manifold.h"
+
+namespace cradle {
+
+/// A pair by the ids of its bodies, a < b. Plain numbers without padding.
+struct KeptPair {
+  std::int64_t a = 0, b = 0;
+  std::int64_t place = -1;   ///< of its manifold; -1: the pair is not worth keeping
+  std::int64_t count = 0;    ///< points of the manifold
+  std::int64_t is_held = 0;  ///< 1: the manifold is not of this tick
+  double until_m = 0;        ///< what both bodies' ways may come to together
+  double margin_m = 0;       ///< that the manifold was made with
+};
+
+class PairMemory {
+ public:
+  /// Takes over the pairs of this tick, sorted; `ids` and `shapes` by slot. Pairs that were there
+  /// last tick keep what they have, others that are worth it get an empty place.
+  void follow(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
+              std::span<const Shape> shapes);
+
+  /// The manifold of A and B, the k-th pair, of convex shapes: the kept one while it holds, else a
+  /// fresh one, which is kept. `path`: the way that their points have gone at most, together, m;
+  /// `reach`: radius of the ball that holds the smaller body. Pairs may be asked side by side.
+  Manifold manifold(std::size_t k, const Collider& A, const Collider& B, double path, double reach,
+                    double margin);
+
+  /// In this tick: the manifold was not made anew.
+  bool was_held(std::size_t k) const { return pairs_[k].is_held != 0; }
+
+  /// Calls `array(name, values)` for all that influences the next tick.
+  template <class F>
+  void for_each_array(F&& array) {
+    array("kept pairs", pairs_);
+    array("kept manifolds", manifolds_);
+    array("free places", free_);
+  }
+
+ private:
+  void release(const KeptPair& pair);
+
+  std::vector<KeptPair> pairs_, last_;  ///< sorted
+  std::vector<KeptManifold> manifolds_;
+  std::vector<std::int64_t> free_;  ///< places, the next to be taken last
+};
+
+static_assert(sizeof(KeptPair) == 7 * 8);
+static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
+
+}  // namespace cradle

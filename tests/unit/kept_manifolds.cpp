@@ -1,0 +1,182 @@
+// Manifolds that are kept while bodies hardly move, against fresh ones at the same poses.
+//
+// Scenes run with the world as it is; what it kept is followed here on the same poses, by the same
+// broad phase, ways and margins.
+#include <Eigen/QR>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "server/collision/bounds.h"
+#include "server/collision/narrow_phase.h"
+#include "server/simulate.h"
+#include "server/world/pair_memory.h"
+
+namespace cradle {
+namespace {
+
+constexpr double kMargin = 0.02;
+constexpr double kNone = std::numeric_limits<double>::infinity();
+constexpr double kWandering_m = 5e-3;  // a point that is nearer is the same
+constexpr double kOffFace_m =
+    5e-4;  // farther from the points of a face, they do not tell its slope
+
+/// What a run came to. Distances in m, angles in rad.
+struct Findings {
+  std::int64_t pairs = 0, held = 0, all_points = 0, points = 0, touching = 0, missing = 0;
+  double separation_error = 0, normal_error = 0;
+
+  void compare(const Manifold& kept, const Manifold& fresh) {
+    ++held;
+    if (kept.count == 0 && fresh.count == 0) return;
+    if (fresh.count > 0 && kept.count > 0) {
+      const double cosine = std::min(1.0, kept.normal_W.dot(fresh.normal_W));
+      normal_error = std::max(normal_error, std::acos(cosine));
+    }
+    for (const ContactPoint& p : used(fresh)) {
+      const bool is_found = std::ranges::any_of(
+          used(kept), [&](const ContactPoint& q) { return (q.p_W - p.p_W).norm() < kWandering_m; });
+      touching += p.separation <= 0;
+      missing += p.separation <= 0 && !is_found;
+    }
+    all_points += kept.count;
+    for (const ContactPoint& p : used(kept)) {
+      const double error = std::min(error_at_feature(fresh, p), error_at_place(fresh, p));
+      if (!std::isfinite(error)) continue;
+      ++points;
+      separation_error = std::max(separation_error, error);
+    }
+  }
+
+ private:
+  static std::span<const ContactPoint> used(const Manifold& m) {
+    return std::span(m.points).first(static_cast<std::size_t>(m.count));
+  }
+  /// Against the point of the same feature. (It may have slid far: where edges cross at a small
+  /// angle.)
+  static double error_at_feature(const Manifold& m, const ContactPoint& p) {
+    for (const ContactPoint& q : used(m)) {
+      if (q.feature == p.feature) return std::abs(p.separation - q.separation);
+    }
+    return kNone;
+  }
+  /// From the first point, in the plane across the normal.
+  static Vector along_face(const Manifold& m, const Vector& place) {
+    const Vector d = place - m.points[0].p_W;
+    return d - m.normal_W.dot(d) * m.normal_W;
+  }
+  /// Against the separation that the fresh points foresee there. (Points near one line tell it
+  /// badly.)
+  static double error_at_place(const Manifold& m, const ContactPoint& p) {
+    if (m.count == 0) return kNone;
+    Matrix places = Matrix::Zero();
+    Vector separations = Vector::Zero();
+    for (int k = 1; k < m.count; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      places.col(k - 1) = along_face(m, m.points[i].p_W);
+      separations[k - 1] = m.points[i].separation - m.points[0].separation;
+    }
+    Eigen::CompleteOrthogonalDecomposition<Matrix> span(places);
+    span.setThreshold(1e-3);
+    const Vector place = along_face(m, p.p_W);
+    const Vector shares = span.solve(place);
+    if ((places * shares - place).norm() > kOffFace_m) return kNone;
+    return std::abs(p.separation - m.points[0].separation - shares.dot(separations));
+  }
+};
+
+class Follower {
+ public:
+  explicit Follower(const SceneRun& run) : run_(run) {
+    for (const BodySpec& body : run.scene().bodies) {
+      shapes_.push_back(body.shape);
+      moves_.push_back(body.kind != BodyKind::fixed);
+      reaches_.push_back(bounding_radius(collider(shapes_.size() - 1)));
+    }
+    paths_.assign(shapes_.size(), 0);
+    poses_.resize(shapes_.size());
+    boxes_.resize(shapes_.size());
+  }
+
+  void look(double dt) {
+    run_.world().snapshot(states_);
+    ids_.clear();
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      const Pose now{to_eigen(states_[i].p_WBo), to_eigen(states_[i].q_WB).toRotationMatrix()};
+      paths_[i] += motion(poses_[i], now, reaches_[i]);
+      poses_[i] = now;
+      boxes_[i] = swept(bounds(collider(i)), dt * to_eigen(states_[i].v_WBcm), kMargin);
+      ids_.push_back(states_[i].body.value);
+    }
+    broad_phase_->find_pairs({boxes_, moves_, {}, false, ids_}, pairs_);
+    memory_.follow(pairs_, ids_, shapes_);
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const auto a = static_cast<std::size_t>(pairs_[k].a),
+                 b = static_cast<std::size_t>(pairs_[k].b);
+      const Vector closing = to_eigen(states_[b].v_WBcm) - to_eigen(states_[a].v_WBcm);
+      const double margin = kMargin + dt * closing.norm();
+      const Manifold kept = memory_.manifold(k, collider(a), collider(b), paths_[a] + paths_[b],
+                                             std::min(reaches_[a], reaches_[b]), margin);
+      ++found.pairs;
+      if (memory_.was_held(k)) found.compare(kept, collide(collider(a), collider(b), margin));
+    }
+  }
+
+  Findings found;
+
+ private:
+  Collider collider(std::size_t i) const {
+    const Shape& shape = shapes_[i];
+    if (!is_stored(shape.kind)) return {shape, poses_[i]};
+    const auto number = static_cast<std::size_t>(shape.parameters[0]);
+    return {shape, poses_[i], run_.scene().geometries[number - 1].get()};
+  }
+  static double bounding_radius(const Collider& C) {
+    return C.geometry ? cradle::bounding_radius(*C.geometry) : cradle::bounding_radius(C.shape);
+  }
+
+  const SceneRun& run_;
+  std::vector<Shape> shapes_;
+  std::vector<std::uint8_t> moves_;
+  std::vector<double> reaches_, paths_;
+  std::vector<Pose> poses_;
+  std::vector<Aabb> boxes_;
+  std::vector<BodyState> states_;
+  std::vector<std::int64_t> ids_;
+  std::unique_ptr<BroadPhase> broad_phase_ = make_kept_broad_phase();
+  std::vector<BodyPair> pairs_;
+  PairMemory memory_;
+};
+
+std::string file(const char* scene) { return std::string(CRADLE_SCENE_DIR) + "/" + scene; }
+
+Findings follow(const std::string& name, int ticks) {
+  Scene scene = load_scene(name);
+  scene.settings.sub_steps = 16;  // so that the stack stands
+  SceneRun run(std::move(scene));
+  Follower follower(run);
+  SerialExecutor here;
+  for (int i = 0; i < ticks; ++i) {
+    follower.look(1 / run.world().settings().rate_hz);
+    run.step(here);
+  }
+  return follower.found;
+}
+
+}  // namespace
+
+TEST_CASE("kept manifolds are as good as fresh ones") {
+  const auto [scene, ticks] = GENERATE(table<std::string, int>(
+      {{file("bench_pile.toml"), 600}, {file("bench_stack.toml"), 600}, {file("heap.toml"), 600}}));
+  CAPTURE(scene);
+  const Findings found = follow(scene, ticks);
+  CAPTURE(found.pairs, found.held, found.all_points, found.points, found.touching, found.missing);
+  CHECK(found.held > found.pairs / 5);
+  CHECK(found.points > found.all_points * 9 / 10);
+  CHECK(found.separation_error < 1e-4);
+  CHECK(found.normal_error < 0.01);
+  CHECK(found.missing * 100 <= found.touching);
+}
+
+}  // namespace cradle

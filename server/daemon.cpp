@@ -234,6 +234,8 @@ void Daemon::step(PhaseTimer& timer) {
   const bool was_crowded = last_report_.crowded > 0;
   last_report_ = run_.step(*executor_, &timer);
   readings_.steps_unsolved += last_report_.unsolved;
+  readings_.stopped_at_impact += last_report_.stopped_at_impact;
+  readings_.impacts_unresolved += last_report_.impacts_unresolved;
   if (last_report_.springs_unconverged > 0) {
     readings_.springs_unconverged += last_report_.springs_unconverged;
     springs_log_.write(now_us(), {{"tick", run_.world().tick()}});

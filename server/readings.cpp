@@ -115,6 +115,12 @@ void write_world(Page& page, const Readings& r) {
   page.counter("cradle_steps_unsolved_total",
                "Steps of bodies whose implicit scheme did not solve its equations.",
                r.steps_unsolved);
+  page.counter("cradle_bodies_stopped_at_impact_total",
+               "Times that a fast body lost the rest of a tick to what it would have passed.",
+               r.stopped_at_impact);
+  page.counter("cradle_impacts_unresolved_total",
+               "Searches for a time of impact that ended early, and bodies that stayed for it.",
+               r.impacts_unresolved);
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }
 

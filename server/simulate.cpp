@@ -145,6 +145,8 @@ void simulate(const SimulateOptions& options) {
     times_us.push_back(stopwatch.elapsed_us());
     summary.penetration_max_m =
         std::max(summary.penetration_max_m, summary.last_step.penetration_max_m);
+    summary.stopped_at_impact += summary.last_step.stopped_at_impact;
+    summary.impacts_unresolved += summary.last_step.impacts_unresolved;
     summary.crowded_max = std::max(summary.crowded_max, summary.last_step.crowded);
     if (trace) trace->write(run.world());
   }

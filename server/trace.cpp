@@ -126,6 +126,8 @@ std::string to_json(const Summary& s) {
   json.add("not_colliding", s.not_colliding);
   json.add("pairs_by", std::string(s.last_step.pairs_by));
   json.add("crowded_max", s.crowded_max);
+  json.add("stopped_at_impact", s.stopped_at_impact);
+  json.add("impacts_unresolved", s.impacts_unresolved);
   json.add("contacts", s.last_step.contacts);
   json.add("penetration_max_m", s.penetration_max_m);
   json.add("penetration_mean_m", s.last_step.penetration_mean_m);

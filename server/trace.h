@@ -61,8 +61,10 @@ struct Summary {
   std::int64_t quarantined = 0;
   std::int64_t not_colliding = 0;  ///< bodies of shapes that do not collide yet
   StepReport last_step;
-  std::int64_t crowded_max = 0;  ///< StepReport::crowded, of all ticks
-  double penetration_max_m = 0;  ///< of all ticks
+  std::int64_t crowded_max = 0;         ///< StepReport::crowded, of all ticks
+  std::int64_t stopped_at_impact = 0;   ///< of StepReport, over all ticks
+  std::int64_t impacts_unresolved = 0;  ///< likewise
+  double penetration_max_m = 0;         ///< of all ticks
   Totals totals;
   std::array<std::uint8_t, 8> hash{};
 };

@@ -30,6 +30,10 @@ struct Aabb {
   Vector upper = Vector::Constant(-std::numeric_limits<double>::infinity());
 
   bool is_empty() const { return !(lower.array() <= upper.array()).all(); }
+  bool holds(const Aabb& other) const {
+    return (lower.array() <= other.lower.array()).all() &&
+           (other.upper.array() <= upper.array()).all();
+  }
   bool overlaps(const Aabb& other) const {
     return (lower.array() <= other.upper.array()).all() &&
            (other.lower.array() <= upper.array()).all();

@@ -12,8 +12,8 @@ void tangents(const Vector& n, Vector& t1, Vector& t2) {
 }
 
 ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
-                                  const BodyArrays& bodies,
-                                  std::span<const Matrix> inverse_inertia_W) {
+                                  const BodyArrays& bodies, const BodyPlace& place_A,
+                                  const BodyPlace& place_B) {
   const auto A = static_cast<std::size_t>(a);
   const auto B = static_cast<std::size_t>(b);
   const double inverse_masses = bodies.inverse_mass[A] + bodies.inverse_mass[B];
@@ -23,19 +23,22 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
   c.b = b;
   c.part = manifold.part;
   c.n = manifold.normal_W;
+  c.inverse_inertia_A = place_A.inverse_inertia_W;
+  c.inverse_inertia_B = place_B.inverse_inertia_W;
   tangents(c.n, c.t1, c.t2);
   c.count = manifold.count;
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
-    p.rA = manifold.points[i].p_W - bodies.x[A];
-    p.rB = manifold.points[i].p_W - bodies.x[B];
+    p.rA = manifold.points[i].p_W - place_A.x;
+    p.rB = manifold.points[i].p_W - place_B.x;
     p.s0 = p.s = manifold.points[i].separation;
     p.feature = manifold.points[i].feature;
 
     // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
     const auto K = [&](const Vector& e, const Vector& f) {
-      return inverse_masses * e.dot(f) + p.rA.cross(e).dot(inverse_inertia_W[A] * p.rA.cross(f)) +
-             p.rB.cross(e).dot(inverse_inertia_W[B] * p.rB.cross(f));
+      return inverse_masses * e.dot(f) +
+             p.rA.cross(e).dot(place_A.inverse_inertia_W * p.rA.cross(f)) +
+             p.rB.cross(e).dot(place_B.inverse_inertia_W * p.rB.cross(f));
     };
     p.K_normal = K(c.n, c.n);
     // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed
@@ -50,6 +53,15 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
         c.n.dot(bodies.v[B] + bodies.w[B].cross(p.rB) - bodies.v[A] - bodies.w[A].cross(p.rA));
   }
   return c;
+}
+
+ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
+                                  const BodyArrays& bodies,
+                                  std::span<const Matrix> inverse_inertia_W) {
+  const auto A = static_cast<std::size_t>(a);
+  const auto B = static_cast<std::size_t>(b);
+  return make_constraint(manifold, a, b, bodies, BodyPlace{bodies.x[A], inverse_inertia_W[A]},
+                         BodyPlace{bodies.x[B], inverse_inertia_W[B]});
 }
 
 }  // namespace cradle

@@ -44,6 +44,12 @@ struct ContactConstraint {
   std::int32_t a = 0, b = 0;  ///< slots
   std::uint64_t part = 0;     ///< as in the manifold
   Vector n, t1, t2;
+  /// 1/(kg m^2), in W, at the attitudes for which the arms hold.
+  Matrix inverse_inertia_A, inverse_inertia_B;
+  /// From the attitudes at the tick's start to those for which the arms hold, if these are others.
+  Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
+  bool is_ahead = false;     ///< they are others
+  std::int32_t turned = -1;  ///< for the solver
   double friction = 0;
   double restitution = 0;
   int count = 0;
@@ -58,6 +64,17 @@ struct ContactConstraint {
 /// Two unit vectors that make a right-handed frame with the unit vector n; smooth in n but for one
 /// switch of the helper axis.
 void tangents(const Vector& n, Vector& t1, Vector& t2);
+
+/// Where a body is when its manifold holds.
+struct BodyPlace {
+  Vector x;                  ///< Bcm, m, in W
+  Matrix inverse_inertia_W;  ///< 1/(kg m^2)
+};
+
+/// The constraint of a manifold of bodies that are in these places, and no impulses yet.
+ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
+                                  const BodyArrays& bodies, const BodyPlace& place_A,
+                                  const BodyPlace& place_B);
 
 /// The constraint of a manifold, with arms and effective masses for the bodies' present pose and no
 /// impulses yet. `inverse_inertia_W` is indexed by slot.

@@ -36,6 +36,7 @@ struct SoftTolerances {
   double push_speed = 0.3;     ///< m/s: floor of the push-out limit ("half overlapped")
   double push_rate = 4;        ///< 1/s: lets deep overlaps part within a second ("half overlapped")
   double smooth_factor = 3;    ///< a velocity change below 3 h |a| is no impact ("sliding stop")
+  double far_turn = 0.02;      ///< rad: what a body turns before arms feel it ("rods that tumble")
   double bounce_speed = 1e-3;  ///< m/s: floor of the restitution threshold ("comes to rest")
 };
 constexpr SoftTolerances kTolerances;
@@ -67,12 +68,14 @@ class SoftStep final : public ContactSolver {
     h_ = tick.dt / tick.sub_steps;
     softness_ = softness(h_);
     begin(inverse_inertia_W, constraints);
+    look_at_turns(constraints);
 
     for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
       integrate_velocities(tick.moving);
       warm_start(constraints);
       solve_soft(constraints);
       integrate_positions(tick);
+      look_at_turns(constraints);
       relax(constraints);
     }
     for (int pass = 0; pass < kRestitutionPasses && apply_restitution(constraints); ++pass) {
@@ -91,10 +94,12 @@ class SoftStep final : public ContactSolver {
     theta_.resize(slots);
     v_begin_.resize(slots);
     inverse_inertia_.resize(slots);
+    q_start_.resize(slots);
     for (const ContactConstraint& c : constraints) {
       for (const std::int32_t body : {c.a, c.b}) {
         dp_[slot(body)] = theta_[slot(body)] = Vector::Zero();
         inverse_inertia_[slot(body)] = inverse_inertia_W[slot(body)];
+        q_start_[slot(body)] = bodies_.q[slot(body)];
       }
     }
   }
@@ -111,6 +116,29 @@ class SoftStep final : public ContactSolver {
       }
       bodies_.w[i] += h_ * (inverse_inertia_[i] * bodies_.torque[i]);
     }
+  }
+
+  /// Arms hold for one attitude. A body that has turned far from it is taken as it was there, with
+  /// the angular velocity it has in its own frame: so an impulse changes its energy as it would
+  /// have there. With its present inertia and the old arms, a rod would be spun about its axis,
+  /// where it has next to no inertia.
+  void look_at_turns(std::span<ContactConstraint> constraints) {
+    turned_.clear();
+    for (ContactConstraint& c : constraints) {
+      const double turn2 =
+          std::max(theta_[slot(c.a)].squaredNorm(), theta_[slot(c.b)].squaredNorm());
+      c.turned = -1;
+      if (!c.is_ahead && turn2 < kTolerances.far_turn * kTolerances.far_turn) continue;
+      c.turned = static_cast<std::int32_t>(turned_.size());
+      turned_.push_back({turned(c.a, c.turn_A), turned(c.b, c.turn_B)});
+    }
+  }
+
+  /// From where the arms hold to the present attitude.
+  Matrix turned(std::int32_t body, const Rotation& to_arms) const {
+    const std::size_t i = slot(body);
+    if (bodies_.inverse_inertia[i].isZero(0)) return Matrix::Identity();
+    return normalised(bodies_.q[i] * (to_arms * q_start_[i]).conjugate()).toRotationMatrix();
   }
 
   void warm_start(std::span<ContactConstraint> constraints) {
@@ -197,8 +225,18 @@ class SoftStep final : public ContactSolver {
   }
 
   Vector relative_velocity(const ContactConstraint& c, const ConstraintPoint& p) const {
+    if (c.turned >= 0) [[unlikely]]
+      return relative_velocity_of_turned(c, p);
     return bodies_.v[slot(c.b)] + bodies_.w[slot(c.b)].cross(p.rB) - bodies_.v[slot(c.a)] -
            bodies_.w[slot(c.a)].cross(p.rA);
+  }
+
+  [[gnu::noinline]] Vector relative_velocity_of_turned(const ContactConstraint& c,
+                                                       const ConstraintPoint& p) const {
+    const auto& [A, B] = turned_[slot(c.turned)];
+    const Vector w_A = A.transpose() * bodies_.w[slot(c.a)];
+    const Vector w_B = B.transpose() * bodies_.w[slot(c.b)];
+    return bodies_.v[slot(c.b)] + w_B.cross(p.rB) - bodies_.v[slot(c.a)] - w_A.cross(p.rA);
   }
 
   double normal_velocity(const ContactConstraint& c, const ConstraintPoint& p) const {
@@ -233,21 +271,39 @@ class SoftStep final : public ContactSolver {
   void apply(const ContactConstraint& c, const ConstraintPoint& p, const Vector& impulse) {
     const std::size_t A = slot(c.a);
     const std::size_t B = slot(c.b);
+    if (c.turned >= 0) [[unlikely]]
+      return apply_to_turned(c, p, impulse);
     if (bodies_.inverse_mass[A] != 0) {
       bodies_.v[A] -= bodies_.inverse_mass[A] * impulse;
-      bodies_.w[A] -= inverse_inertia_[A] * p.rA.cross(impulse);
+      bodies_.w[A] -= c.inverse_inertia_A * p.rA.cross(impulse);
     }
     if (bodies_.inverse_mass[B] != 0) {
       bodies_.v[B] += bodies_.inverse_mass[B] * impulse;
-      bodies_.w[B] += inverse_inertia_[B] * p.rB.cross(impulse);
+      bodies_.w[B] += c.inverse_inertia_B * p.rB.cross(impulse);
     }
+  }
+
+  [[gnu::noinline]] void apply_to_turned(const ContactConstraint& c, const ConstraintPoint& p,
+                                         const Vector& impulse) {
+    const auto& [turned_A, turned_B] = turned_[slot(c.turned)];
+    const std::size_t A = slot(c.a);
+    const std::size_t B = slot(c.b);
+    bodies_.v[A] -= bodies_.inverse_mass[A] * impulse;
+    bodies_.w[A] -= turned_A * (c.inverse_inertia_A * p.rA.cross(impulse));
+    bodies_.v[B] += bodies_.inverse_mass[B] * impulse;
+    bodies_.w[B] += turned_B * (c.inverse_inertia_B * p.rB.cross(impulse));
   }
 
   BodyArrays bodies_;
   double h_ = 0;
   Softness softness_;
   std::vector<Vector> dp_, theta_, v_begin_;
-  std::vector<Matrix> inverse_inertia_;  // in W, at the present attitude
+  std::vector<Matrix> inverse_inertia_;  // in W, at the present attitude: for torques
+  std::vector<Rotation> q_start_;
+  struct Turned {
+    Matrix A, B;
+  };
+  std::vector<Turned> turned_;
 };
 
 }  // namespace

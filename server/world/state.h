@@ -16,6 +16,7 @@
 #include "server/dynamics/spring_step.h"
 #include "server/world/body_table.h"
 #include "server/world/contact_cache.h"
+#include "server/world/fast_bodies.h"
 #include "server/world/pair_memory.h"
 #include "server/world/world.h"
 #include "server/world/wrenches.h"
@@ -32,7 +33,12 @@ struct CompositePair {
 struct Touch {
   BodyPair pair;
   const Manifold* manifold;
+  const Meeting* ahead;  ///< if it is not that of the tick's start, else null
 };
+
+/// Contacts are made this far ahead of touching, m: several times the sag of a resting contact, so
+/// that a body at rest never loses its contacts ("a stack of ten cubes stands").
+inline constexpr double kSpeculativeMargin_m = 0.02;
 
 struct World::State {
   explicit State(const WorldSettings& s);
@@ -75,6 +81,7 @@ struct World::State {
   std::vector<CompositePair> composites;  ///< the other pairs, in their order
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
   std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
+  FastBodies fast;
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
@@ -105,12 +112,15 @@ struct World::State {
     return C.geometry != nullptr ? bounding_radius(*C.geometry) : bounding_radius(C.shape);
   }
 
-  /// What the narrow phase sees of a body, at its pose of this tick.
-  Collider collider(std::size_t i) const {
+  /// Of a hull, mesh or compound; null for other shapes.
+  const StoredGeometry* geometry(std::size_t i) const {
     const Shape& shape = bodies.shape[i];
-    if (!is_stored(shape.kind)) return {shape, poses[i]};
-    return {shape, poses[i], geometries[static_cast<std::size_t>(shape.parameters[0]) - 1].get()};
+    if (!is_stored(shape.kind)) return nullptr;
+    return geometries[static_cast<std::size_t>(shape.parameters[0]) - 1].get();
   }
+
+  /// What the narrow phase sees of a body, at its pose of this tick.
+  Collider collider(std::size_t i) const { return {bodies.shape[i], poses[i], geometry(i)}; }
 
   /// Calls `f(name, bytes)` for every part that influences the next tick.
   template <class F>

@@ -9,16 +9,13 @@
 #include "server/collision/narrow_phase.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/flight.h"
+#include "server/world/impact_stops.h"
 #include "server/world/quarantine.h"
 #include "server/world/springs.h"
 #include "server/world/state.h"
 
 namespace cradle {
 namespace {
-
-/// Contacts are made this far ahead of touching, m: several times the sag of a resting contact, so
-/// that a body at rest never loses its contacts ("a stack of ten cubes stands").
-constexpr double kSpeculativeMargin_m = 0.02;
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
@@ -45,6 +42,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   quarantine_runaways(s);
   Steps::find_pairs(s);
   Steps::collide(s, executor);
+  foresee_impacts(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
   Steps::list_touching(s);
@@ -57,6 +55,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
                     s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
+  stop_at_impacts(s, executor);
   s.contacts.store(s.bodies.id, s.constraints);
   quarantine_unusable(s);
   return Steps::report(s);
@@ -93,7 +92,9 @@ void World::Steps::find_pairs(State& s) {
   if (s.renumbered) {
     list_colliders(s);
     list_dragged(s);
+    measure_fast_limits(s);
   }
+  begin_fast_bodies(s);
   s.planes.clear();
   for (std::size_t k = 0; k < s.colliders.size(); ++k) {
     const std::size_t i = index(s.colliders[k]);
@@ -109,7 +110,7 @@ void World::Steps::find_pairs(State& s) {
       s.planes.push_back({static_cast<std::int32_t>(k), normal, normal.dot(s.poses[i].x)});
       continue;
     }
-    s.boxes[k] = swept(bounds(s.collider(i)), s.dt * s.bodies.v[i], kSpeculativeMargin_m);
+    s.boxes[k] = swept(box_over_tick(s, i), Vector::Zero(), kSpeculativeMargin_m);
   }
   s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
                                         s.pairs);
@@ -169,11 +170,14 @@ void World::Steps::list_composites(State& s) {
 void World::Steps::list_touching(State& s) {
   s.touching.clear();
   std::size_t next = 0;
+  auto meeting = s.fast.meetings.cbegin();
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
-    if (s.manifolds[k].count > 0) s.touching.push_back({s.pairs[k], &s.manifolds[k]});
+    const bool is_ahead = meeting != s.fast.meetings.cend() && meeting->pair == k;
+    const Meeting* ahead = is_ahead ? &*meeting++ : nullptr;
+    if (s.manifolds[k].count > 0) s.touching.push_back({s.pairs[k], &s.manifolds[k], ahead});
     if (next == s.composites_used || s.composites[next].pair != k) continue;
     for (const Manifold& manifold : s.composites[next].manifolds) {
-      s.touching.push_back({s.pairs[k], &manifold});
+      s.touching.push_back({s.pairs[k], &manifold, ahead});
     }
     ++next;
   }
@@ -220,7 +224,9 @@ void World::Steps::prepare(State& s) {
     const Material& A = s.bodies.material[index(a)];
     const Material& B = s.bodies.material[index(b)];
     ContactConstraint& c = s.constraints.emplace_back(
-        make_constraint(*touch.manifold, a, b, s.arrays(), s.inverse_inertia_W));
+        touch.ahead != nullptr
+            ? make_constraint(*touch.ahead, *touch.manifold, s)
+            : make_constraint(*touch.manifold, a, b, s.arrays(), s.inverse_inertia_W));
     c.friction = std::sqrt(A.friction * B.friction);
     c.restitution = std::max(A.restitution, B.restitution);
   }
@@ -243,6 +249,9 @@ StepReport World::Steps::report(const State& s) {
   report.unsolved = static_cast<int>(std::count(s.unsolved.begin(), s.unsolved.end(), 1));
   report.pairs_by = s.culling.method;
   report.crowded = s.culling.crowded;
+  report.impact_searches = s.fast.searches;
+  report.stopped_at_impact = s.fast.stopped;
+  report.impacts_unresolved = s.fast.unresolved;
   return report;
 }
 

@@ -44,6 +44,11 @@ struct StepReport {
   /// Bodies in more pairs than are kept where too many are in one place: some of these pairs are
   /// left out, and touch nothing.
   std::int64_t crowded = 0;
+  std::int64_t impact_searches = 0;  ///< for the times at which fast bodies hit others
+  int stopped_at_impact = 0;         ///< fast bodies that lost the rest of the tick to a hit
+  /// Of the searches, those that ended early at a safe time, and bodies that stayed where they were
+  /// because those around them went on stopping each other.
+  int impacts_unresolved = 0;
 };
 
 /// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.

@@ -1,0 +1,73 @@
+/// When two convex shapes, or one and a half-space, meet on their ways through a tick: by
+/// conservative advancement in translation and rotation.
+///
+/// The unit is a convex part against a convex part. Of compounds each part is asked for alone, with
+/// the motion of its body, and the earliest time counts.
+#pragma once
+
+#include "server/collision/collider.h"
+
+namespace cradle {
+
+/// Of a body through an interval, whose times are 0 to 1: its centre in a straight line, and a
+/// rotation of constant velocity about it, of any number of turns.
+struct Path {
+  Vector x = Vector::Zero();       ///< the centre at time 0, m, in W
+  Vector travel = Vector::Zero();  ///< of the centre until time 1, m, in W
+  Vector turn = Vector::Zero();    ///< likewise: rotation vector, rad, in W
+  double until = 1;                ///< from then on it rests
+};
+
+/// Where what begins at X_WP is at `time`.
+Pose moved(const Path& path, const Pose& X_WP, double time);
+
+/// A convex shape, a half-space or a compound of them, where it begins, and the motion of the body
+/// that has it. A half-space goes along, but its normal stays: it does not turn. Refers to what it
+/// is made of.
+struct MovingPart {
+  const Collider& start;
+  const Path& path;
+};
+
+/// How near is a hit, in m, for parts that are `thickness` (half the least width) thin.
+struct ImpactLengths {
+  double gap = 0;        ///< a hit is where no more than this is left between the parts
+  double tolerance = 0;  ///< by how much more may be left
+  double deeper = 0;     ///< of parts that touch already, a hit is this much deeper
+};
+
+/// Of the thinner of two parts. What has no thickness (a half-space, a triangle) leaves it to the
+/// other.
+ImpactLengths impact_lengths(double thickness_A, double thickness_B);
+/// Half the least width of a convex shape, or of the thinnest part, m; infinite where there is none
+/// to keep.
+double thickness(const Collider& collider);
+/// Radius of the ball about `centre` (m, in the frame of the shape) that holds it; infinite for
+/// half-spaces and meshes.
+double reach(const Collider& collider, const Vector& centre);
+
+struct TimeOfImpact {
+  enum class Kind {
+    none,   ///< they come no nearer than the gap
+    hit,    ///< the gap is reached at `time`
+    capped  ///< the search ended at `time`, before which there is no hit; it may have been a miss
+  } kind = Kind::none;
+  double time = 1;
+  Vector normal_W = Vector::UnitZ();  ///< unit, from A to B, at `time`; if hit
+  double separation = 0;              ///< m, at `time`; if hit
+  bool began_touching = false;        ///< nearer than the gap at time 0
+  int iterations = 0;
+};
+
+/// What counts as a hit.
+enum class ImpactGoal {
+  touch,   ///< as `gap`, but as near as 2 to 3 % of that: for the normal and arms of the contact
+  gap,     ///< the gap, or `deeper` than at the start if they begin nearer than the gap
+  contact  ///< `deeper` than touching, or than at the start: for parts that contacts keep apart
+};
+
+/// Meshes, and two half-spaces, never meet.
+TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B,
+                            ImpactGoal goal = ImpactGoal::gap);
+
+}  // namespace cradle

@@ -1,0 +1,240 @@
+#include "server/world/fast_bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/collision/bounds.h"
+#include "server/dynamics/rotation.h"
+#include "server/world/state.h"
+
+namespace cradle {
+namespace {
+
+std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
+
+/// Where its body's way of this tick is expected to lead, with the loads it has.
+Path expected(const World::State& s, std::size_t i) {
+  const BodyTable& bodies = s.bodies;
+  Path path;
+  path.x = bodies.x[i];
+  path.travel = s.dt * bodies.v[i];
+  path.turn = s.dt * bodies.w[i];
+  const Course course = s.loads.course[i];
+  if (course == Course::falls) path.travel += 0.5 * s.dt * s.dt * s.gravity_W;
+  if (course == Course::pushed) path.travel += 0.5 * s.dt * s.dt * s.loads.acceleration[i];
+  return path;
+}
+
+/// The rotation vector from R to q that is nearest to `about`: more than half a turn may be asked
+/// for.
+Vector turn_between(const Matrix& R, const Rotation& q, const Vector& about) {
+  Vector turn = rotation_log(normalised(q * Rotation(R).conjugate()));
+  const double expected = about.norm();
+  if (expected < 3) return turn;
+  const double angle = turn.norm();
+  const Vector axis = angle > 1e-9 ? Vector(turn / angle) : Vector(about / expected);
+  constexpr double kTurn = 2 * std::numbers::pi;
+  return turn + axis * (kTurn * std::round((axis.dot(about) - angle) / kTurn));
+}
+
+/// How far rotation alone moves its surface, at most, m.
+double turning(const FastLimits& limits, const Pose& X, const Vector& p_BoBcm, const Vector& turn) {
+  if (turn.isZero(0)) return 0;
+  const double surface = limits.is_round ? turn.cross(X.R.col(2)).norm() : turn.norm();
+  return turn.cross(X.R * p_BoBcm).norm() + surface * limits.turn_radius;
+}
+
+/// Whether the balls about both centres keep apart on their whole ways.
+bool keeps_off(const World::State& s, std::size_t a, const Path& A, std::size_t b, const Path& B) {
+  const double reach = s.fast.limits[a].reach + s.fast.limits[b].reach;
+  if (A.until < 1 || B.until < 1 || !std::isfinite(reach)) return false;
+  const Vector from = B.x - A.x, way = B.travel - A.travel;
+  const double length2 = way.squaredNorm();
+  const double t = length2 > 0 ? std::clamp(-from.dot(way) / length2, 0.0, 1.0) : 0.0;
+  const double far = 1.001 * reach + impact_lengths(reach, reach).gap;
+  return (from + t * way).squaredNorm() > far * far;
+}
+
+/// Null for pairs of convex shapes.
+CompositePair* composite_of(World::State& s, std::size_t pair) {
+  const auto begin = s.composites.begin();
+  const auto end = begin + static_cast<std::ptrdiff_t>(s.composites_used);
+  const auto found = std::lower_bound(
+      begin, end, pair, [](const CompositePair& one, std::size_t k) { return one.pair < k; });
+  return found != end && found->pair == pair ? &*found : nullptr;
+}
+
+void forget_manifolds(World::State& s, std::size_t pair) {
+  s.manifolds[pair] = {};
+  if (CompositePair* composite = composite_of(s, pair)) composite->manifolds.clear();
+}
+
+/// The manifolds of the poses where they meet.
+void collide_ahead(World::State& s, const Meeting& meeting) {
+  const auto [slot_A, slot_B] = s.pairs[meeting.pair];
+  const std::size_t a = index(slot_A), b = index(slot_B);
+  const Pose X_WA = moved(meeting.A, s.poses[a], meeting.time);
+  const Pose X_WB = moved(meeting.B, s.poses[b], meeting.time);
+  const Collider A{s.bodies.shape[a], X_WA, s.geometry(a)};
+  const Collider B{s.bodies.shape[b], X_WB, s.geometry(b)};
+  if (CompositePair* composite = composite_of(s, meeting.pair)) {
+    add_manifolds(A, B, kSpeculativeMargin_m, composite->manifolds);
+    return;
+  }
+  s.manifolds[meeting.pair] =
+      s.settings.is_planar ? collide_in_plane(A.shape, X_WA, B.shape, X_WB, kSpeculativeMargin_m)
+                           : collide(A, B, kSpeculativeMargin_m);
+}
+
+}  // namespace
+
+Path travelled(const World::State& s, std::size_t i, const Vector& w_start) {
+  const BodyTable& bodies = s.bodies;
+  const Pose& X = s.poses[i];
+  Path path;
+  path.x = X.x + X.R * bodies.p_BoBcm[i];
+  path.travel = bodies.x[i] - path.x;
+  if (bodies.kind[i] == BodyKind::fixed) return path;
+  path.turn = turn_between(X.R, bodies.frame(i).q_WB, s.dt * Vector(0.5 * (w_start + bodies.w[i])));
+  return path;
+}
+
+bool is_far(const World::State& s, std::size_t i, const Path& path) {
+  const FastLimits& limits = s.fast.limits[i];
+  const double most = limits.thickness;
+  return path.travel.squaredNorm() > most * most ||
+         turning(limits, s.poses[i], s.bodies.p_BoBcm[i], path.turn) > most;
+}
+
+Aabb box_of_path(const World::State& s, std::size_t i, const Path& path) {
+  Aabb box = bounds(s.collider(i));
+  const FastLimits& limits = s.fast.limits[i];
+  if (turning(limits, s.poses[i], s.bodies.p_BoBcm[i], path.turn) > 0) {
+    Path turn = path;
+    turn.travel = Vector::Zero();
+    const Collider start = s.collider(i);
+    const Pose X_end = moved(turn, s.poses[i], 1);
+    const Aabb end = bounds(Collider{start.shape, X_end, start.geometry});
+    const double between = path.turn.squaredNorm() * limits.reach / 8;
+    const Vector reach = Vector::Constant(limits.reach);
+    box.lower =
+        (box.lower.cwiseMin(end.lower) - Vector::Constant(between)).cwiseMax(path.x - reach);
+    box.upper =
+        (box.upper.cwiseMax(end.upper) + Vector::Constant(between)).cwiseMin(path.x + reach);
+  }
+  return swept(box, path.travel, 0);
+}
+
+TimeOfImpact meet(const World::State& s, std::size_t a, const Path& A, std::size_t b, const Path& B,
+                  ImpactGoal goal) {
+  if (keeps_off(s, a, A, b, B)) return {};
+  return time_of_impact({s.collider(a), A}, {s.collider(b), B}, goal);
+}
+
+void count(FastBodies& fast, const TimeOfImpact& found) {
+  fast.searches += found.iterations > 0 ? 1 : 0;
+  fast.unresolved += found.kind == TimeOfImpact::Kind::capped ? 1 : 0;
+}
+
+void measure_fast_limits(World::State& s) {
+  s.fast.limits.assign(s.bodies.size(), {});
+  s.fast.is_fast.assign(s.bodies.size(), 0);
+  for (const std::int32_t slot : s.colliders) {
+    const std::size_t i = index(slot);
+    const Pose identity;
+    const Shape& shape = s.bodies.shape[i];
+    const Collider collider{shape, identity, s.geometry(i)};
+    FastLimits& limits = s.fast.limits[i];
+    limits.thickness = thickness(collider);
+    limits.reach = reach(collider, s.bodies.p_BoBcm[i]);
+    if (!std::isfinite(limits.thickness + limits.reach)) {  // half-spaces and meshes are never fast
+      limits.thickness = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    const bool has_radius = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule;
+    limits.turn_radius = reach(collider, Vector::Zero()) - (has_radius ? shape.radius_m() : 0);
+    limits.is_round = shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::cylinder ||
+                      shape.kind == ShapeKind::cone;
+  }
+}
+
+void begin_fast_bodies(World::State& s) {
+  FastBodies& fast = s.fast;
+  if (fast.any) std::fill(fast.is_fast.begin(), fast.is_fast.end(), std::uint8_t{0});
+  fast.any = false;
+  fast.slots.clear();
+  fast.v_start.clear();
+  fast.w_start.clear();
+  fast.meetings.clear();
+  fast.searches = 0;
+  fast.stopped = fast.unresolved = 0;
+}
+
+Aabb box_over_tick(World::State& s, std::size_t i) {
+  if (s.bodies.kind[i] == BodyKind::fixed) return bounds(s.collider(i));
+  const Path path = expected(s, i);
+  if (!is_far(s, i, path)) return swept(bounds(s.collider(i)), s.dt * s.bodies.v[i], 0);
+  FastBodies& fast = s.fast;
+  fast.any = true;
+  fast.is_fast[i] = 1;
+  if (s.bodies.kind[i] == BodyKind::dynamic) {
+    fast.slots.push_back(static_cast<std::int32_t>(i));
+    fast.v_start.push_back(s.bodies.v[i]);
+    fast.w_start.push_back(s.bodies.w[i]);
+  }
+  return box_of_path(s, i, path);
+}
+
+void foresee_impacts(World::State& s, Executor& executor) {
+  FastBodies& fast = s.fast;
+  if (!fast.any) return;
+  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
+    const std::size_t a = index(s.pairs[k].a), b = index(s.pairs[k].b);
+    if (fast.is_fast[a] != 0 || fast.is_fast[b] != 0) {
+      fast.meetings.push_back({k, 0, expected(s, a), expected(s, b)});
+    }
+  }
+  std::vector<TimeOfImpact> found(fast.meetings.size());
+  executor.for_ranges(static_cast<int>(found.size()), [&](int begin, int end) {
+    for (int m = begin; m < end; ++m) {
+      Meeting& meeting = fast.meetings[index(m)];
+      const auto [slot_A, slot_B] = s.pairs[meeting.pair];
+      const std::size_t a = index(slot_A), b = index(slot_B);
+      TimeOfImpact& impact = found[index(m)];
+      impact = meet(s, a, meeting.A, b, meeting.B, ImpactGoal::touch);
+      if (impact.began_touching) continue;
+      forget_manifolds(s, meeting.pair);
+      if (impact.kind == TimeOfImpact::Kind::none) continue;
+      meeting.time = impact.time;
+      collide_ahead(s, meeting);
+    }
+  });
+  for (const TimeOfImpact& impact : found) count(fast, impact);
+  std::erase_if(fast.meetings, [](const Meeting& meeting) { return meeting.time == 0; });
+}
+
+ContactConstraint make_constraint(const Meeting& meeting, const Manifold& manifold,
+                                  World::State& s) {
+  const auto [slot_A, slot_B] = s.pairs[meeting.pair];
+  const auto place = [&](std::int32_t slot, const Path& path) {
+    const Matrix R = rotation_exp(meeting.time * path.turn).toRotationMatrix();
+    return BodyPlace{path.x + meeting.time * path.travel,
+                     R * s.inverse_inertia_W[index(slot)] * R.transpose()};
+  };
+  ContactConstraint c = make_constraint(manifold, slot_A, slot_B, s.arrays(),
+                                        place(slot_A, meeting.A), place(slot_B, meeting.B));
+  c.is_ahead = true;
+  c.turn_A = rotation_exp(meeting.time * meeting.A.turn);
+  c.turn_B = rotation_exp(meeting.time * meeting.B.turn);
+  // What the solver takes for the separation is to be that of the meeting when the bodies are
+  // there.
+  const Vector travel = meeting.time * (meeting.B.travel - meeting.A.travel);
+  for (ConstraintPoint& p : c.used()) {
+    const Vector turned = meeting.time * (meeting.B.turn.cross(p.rB) - meeting.A.turn.cross(p.rA));
+    p.s0 = p.s = std::max(p.s0, p.s0 - c.n.dot(travel + turned));
+  }
+  return c;
+}
+
+}  // namespace cradle

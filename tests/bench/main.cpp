@@ -11,6 +11,7 @@
 #include "server/trace.h"
 #include "server/world/world.h"
 #include "tests/bench/broad.h"
+#include "tests/bench/pair.h"
 #include "tests/bench/precision_report.h"
 #include "tests/bench/report.h"
 
@@ -21,6 +22,7 @@ using namespace cradle::bench;
 
 constexpr const char* kAll = "all";
 constexpr const char* kBroad = "broad";
+constexpr const char* kPair = "pair";
 
 void list() {
   for (const Case& one : cases()) {
@@ -30,6 +32,7 @@ void list() {
   for (const BroadCase& one : broad_cases()) {
     std::cout << std::left << std::setw(15) << one.name << one.about << '\n';
   }
+  for (const PairCase& one : pair_cases()) std::cout << one.name << '\n';
 }
 
 std::vector<std::string> scene_names() {
@@ -37,29 +40,54 @@ std::vector<std::string> scene_names() {
   for (const Case& one : cases()) names.emplace_back(one.name);
   names.emplace_back(kBroad);
   for (const BroadCase& one : broad_cases()) names.emplace_back(one.name);
+  names.emplace_back(kPair);
+  for (const PairCase& one : pair_cases()) names.emplace_back(one.name);
   return names;
 }
 
+/// Runs what is named, row by row: a table of its own for each kind of case.
+class Tables {
+ public:
+  explicit Tables(const std::string& csv_file)
+      : format_(csv_file.empty() ? Format::table : Format::csv),
+        output_(csv_file.empty() ? "-" : csv_file) {}
+
+  /// `all` stands for all of `cases`; `lines` gives the rows of one of them.
+  template <class Cases, class Lines>
+  void add(const std::vector<std::string>& names, const std::string& all, const Cases& cases,
+           const std::string& header, Lines lines) {
+    std::string head = (has_rows_ ? "\n" : "") + header;
+    for (const std::string& name : names) {
+      for (const auto& one : cases) {
+        if (name != all && name != one.name) continue;
+        output_.write(std::exchange(head, "") + lines(one));
+        has_rows_ = true;
+      }
+    }
+  }
+  Format format() const { return format_; }
+  void finish() { output_.finish(); }
+
+ private:
+  Format format_;
+  Output output_;
+  bool has_rows_ = false;
+};
+
 void run_all(const std::vector<std::string>& names, const Options& options,
              const std::string& csv_file) {
-  const Format format = csv_file.empty() ? Format::table : Format::csv;
-  Output output(csv_file.empty() ? "-" : csv_file);
-  std::string head = header(format);
-  for (const std::string& name : names) {
-    for (const Case& one : cases()) {
-      if (name != kAll && name != one.name) continue;
-      output.write(std::exchange(head, "") + line(format, run(one, options)));
-    }
-  }
-  const bool is_second = head.empty();
-  head = (is_second ? "\n" : "") + broad_header(format);
-  for (const std::string& name : names) {
-    for (const BroadCase& one : broad_cases()) {
-      if (name != kBroad && name != one.name) continue;
-      output.write(std::exchange(head, "") + line(format, run(one)));
-    }
-  }
-  output.finish();
+  Tables tables(csv_file);
+  const Format format = tables.format();
+  tables.add(names, kAll, cases(), header(format),
+             [&](const Case& one) { return line(format, run(one, options)); });
+  tables.add(names, kBroad, broad_cases(), broad_header(format),
+             [&](const BroadCase& one) { return line(format, run(one)); });
+  tables.add(names, kPair, pair_cases(), pair_header(format), [&](const PairCase& one) {
+    std::string lines;
+    for (const PairRow& row : run(one)) lines += line(format, row);
+    return lines;
+  });
+  tables.finish();
 }
 
 int fail(const std::exception& error, int code) {
@@ -77,7 +105,8 @@ int main(int argc, char** argv) {
   bool only_list = false;
   std::string report_folder;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
-  app.add_option("scene", names, "Scenes by name, or all; rows broad:* by name, or broad")
+  app.add_option("scene", names,
+                 "Scenes by name, or all; rows broad:* and pair:* by name, or broad and pair")
       ->check(CLI::IsMember(scene_names()));
   app.add_option("--method", options.method, "Contact solver; default: what the scene says")
       ->check(CLI::IsMember(solver_names()));

@@ -1,5 +1,4 @@
-/// Random pairs of shapes, and what can be said of them without the code under test. The measure is
-/// the support function: how far a shape reaches in a direction. It is exact and needs no library.
+/// Random pairs of shapes, and what must hold for any manifold of theirs.
 #pragma once
 
 #include <algorithm>
@@ -11,116 +10,9 @@
 
 #include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
+#include "tests/bench/solids.h"
 
 namespace cradle {
-
-/// A shape with the geometry it may need.
-struct Solid {
-  Shape shape;
-  GeometryPointer geometry;
-
-  Solid(const Shape& s) : shape(s) {}  // NOLINT: a shape is a solid
-  explicit Solid(GeometryPointer hull)
-      : shape(Shape::stored(ShapeKind::hull, 1)), geometry(std::move(hull)) {}
-
-  const ConvexHull& hull() const { return std::get<ConvexHull>(geometry->value); }
-};
-
-struct Pair {
-  Solid A, B;
-  Pose X_WA, X_WB;
-
-  Manifold collide(double margin) const {
-    return cradle::collide({A.shape, X_WA, A.geometry.get()}, {B.shape, X_WB, B.geometry.get()},
-                           margin);
-  }
-  Pair swapped() const { return {B, A, X_WB, X_WA}; }
-  bool has(ShapeKind kind) const { return A.shape.kind == kind || B.shape.kind == kind; }
-  bool is_boxes() const { return A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box; }
-};
-
-/// max of d . p over the shape, for a unit vector d; of a half-space only for d along its normal.
-inline double support(const Solid& solid, const Pose& X, const Vector& d) {
-  const Shape& shape = solid.shape;
-  const double middle = d.dot(X.x);
-  const Vector d_B = X.R.transpose() * d;
-  const double across = std::hypot(d_B.x(), d_B.y());
-  const double r = shape.radius_m(), h = shape.half_length_m();
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return middle + r;
-    case ShapeKind::box:
-      return middle + to_eigen(shape.half_extents_m()).dot(d_B.cwiseAbs());
-    case ShapeKind::capsule:
-      return middle + h * std::abs(d_B.z()) + r;
-    case ShapeKind::cylinder:
-      return middle + h * std::abs(d_B.z()) + r * across;
-    case ShapeKind::cone:
-      return middle + std::max(h * d_B.z(), r * across - h * d_B.z());
-    case ShapeKind::ellipsoid:
-      return middle + to_eigen(shape.half_extents_m()).cwiseProduct(d_B).norm();
-    case ShapeKind::hull: {
-      double reach = -std::numeric_limits<double>::infinity();
-      for (const Vector& v : solid.hull().vertices) reach = std::max(reach, d_B.dot(v));
-      return middle + reach;
-    }
-    default:
-      return middle;
-  }
-}
-
-/// How far A reaches into B along n; negative: apart.
-inline double overlap(const Pair& pair, const Vector& n) {
-  return support(pair.A, pair.X_WA, n) + support(pair.B, pair.X_WB, -n);
-}
-
-/// At most how far a point is outside the shape, m; negative inside.
-inline double outside(const Solid& solid, const Pose& X, const Vector& p_W) {
-  const Shape& shape = solid.shape;
-  const Vector p = X.R.transpose() * (p_W - X.x);
-  const double across = std::hypot(p.x(), p.y()), r = shape.radius_m(), h = shape.half_length_m();
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return p.norm() - r;
-    case ShapeKind::box:
-      return (p.cwiseAbs() - to_eigen(shape.half_extents_m())).maxCoeff();
-    case ShapeKind::capsule:
-      return (p - Vector(0, 0, std::clamp(p.z(), -h, h))).norm() - r;
-    case ShapeKind::cylinder:
-      return std::max(across - r, std::abs(p.z()) - h);
-    case ShapeKind::cone:
-      return std::max(-h - p.z(), (2 * h * across + r * (p.z() - h)) / std::hypot(2 * h, r));
-    case ShapeKind::ellipsoid: {
-      const Vector a = to_eigen(shape.half_extents_m());
-      return (p.cwiseQuotient(a).norm() - 1) * a.minCoeff();
-    }
-    case ShapeKind::hull: {
-      const ConvexHull& hull = solid.hull();
-      double most = -std::numeric_limits<double>::infinity();
-      for (std::size_t f = 0; f < hull.face_count(); ++f) {
-        const auto loop = hull.face(f);
-        const auto corner = [&](std::size_t k) {
-          return hull.vertices[static_cast<std::size_t>(loop[k])];
-        };
-        const Vector n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-        most = std::max(most, n.dot(p - corner(0)));
-      }
-      return most;
-    }
-    default:
-      return p.z();
-  }
-}
-
-inline std::span<const ContactPoint> points(const Manifold& manifold) {
-  return std::span(manifold.points).first(static_cast<std::size_t>(manifold.count));
-}
-
-inline double deepest(const Manifold& manifold) {
-  double depth = -std::numeric_limits<double>::infinity();
-  for (const ContactPoint& point : points(manifold)) depth = std::max(depth, -point.separation);
-  return depth;
-}
 
 inline std::set<std::uint32_t> features(const Manifold& manifold) {
   std::set<std::uint32_t> set;
@@ -144,47 +36,6 @@ inline void check_sound(const Pair& pair, const Manifold& manifold, double margi
   }
   if (manifold.count > 0)
     REQUIRE(deepest(manifold) <= overlap(pair, manifold.normal_W) + tolerance);
-}
-
-/// The normals of a polytope's faces, and the directions of its edges, in W.
-inline void directions_of(const Solid& solid, const Pose& X, std::vector<Vector>& normals,
-                          std::vector<Vector>& edges) {
-  if (solid.shape.kind == ShapeKind::box) {
-    for (int i = 0; i < 3; ++i) {
-      normals.push_back(X.R.col(i));
-      edges.push_back(X.R.col(i));
-    }
-    return;
-  }
-  const ConvexHull& hull = solid.hull();
-  for (std::size_t f = 0; f < hull.face_count(); ++f) {
-    const auto loop = hull.face(f);
-    const auto corner = [&](std::size_t k) -> const Vector& {
-      return hull.vertices[static_cast<std::size_t>(loop[k % loop.size()])];
-    };
-    for (std::size_t k = 0; k < loop.size(); ++k)
-      edges.push_back((X.R * (corner(k + 1) - corner(k))).normalized());
-    normals.push_back(X.R * (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
-  }
-}
-
-/// Least overlap of two boxes or hulls over all axes that can separate them; if they are apart,
-/// minus the largest gap.
-inline double least_overlap_of_polytopes(const Pair& pair) {
-  double least = std::numeric_limits<double>::infinity();
-  const auto try_axis = [&](const Vector& axis) {
-    if (axis.norm() < 1e-9) return;  // of parallel edges
-    const Vector n = axis.normalized();
-    least = std::min({least, overlap(pair, n), overlap(pair, -n)});
-  };
-  std::vector<Vector> normals, edges_A, edges_B;
-  directions_of(pair.A, pair.X_WA, normals, edges_A);
-  directions_of(pair.B, pair.X_WB, normals, edges_B);
-  for (const Vector& n : normals) try_axis(n);
-  for (const Vector& a : edges_A) {
-    for (const Vector& b : edges_B) try_axis(a.cross(b));
-  }
-  return least;
 }
 
 class Random {

@@ -2,39 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "tests/bench/masses.h"
 #include "tests/bench/measure.h"
 
 namespace cradle::bench {
 namespace {
-
-double volume(const Shape& shape) {
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return 4.0 / 3 * std::numbers::pi * std::pow(shape.radius_m(), 3);
-    case ShapeKind::box:
-      return 8 * to_eigen(shape.half_extents_m()).prod();
-    default:
-      return 0;
-  }
-}
-
-double mass(const BodySpec& body) {
-  return body.mass_kg > 0 ? body.mass_kg : body.density_kgpm3 * volume(body.shape);
-}
-
-/// Principal moments: 2/5 m r^2 of a ball, m/3 (b^2 + c^2) of a box of half extents a, b, c.
-Vector inertia(const BodySpec& body) {
-  if (body.inertia_kgm2 != Vec3{}) return to_eigen(body.inertia_kgm2);
-  const double m = mass(body);
-  if (body.shape.kind == ShapeKind::sphere) {
-    return Vector::Constant(0.4 * m * body.shape.radius_m() * body.shape.radius_m());
-  }
-  if (body.shape.kind != ShapeKind::box) return Vector::Zero();
-  const Vector square = to_eigen(body.shape.half_extents_m()).cwiseAbs2();
-  return m / 3 * (Vector::Constant(square.sum()) - square);
-}
 
 // Gains below this are the rounding of sums, and must not hide a loss.
 constexpr double kRounding = 1e-12;
@@ -49,16 +22,16 @@ Budget budget(const Scene& scene, std::span<const BodyState> states) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     const BodySpec& body = scene.bodies[i];
     if (body.kind != BodyKind::dynamic) continue;
-    const double m = mass(body);
-    const Vector J = inertia(body);
-    const Vector x = to_eigen(states[i].p_WBo);  // of these shapes, also the centre of mass
-    const Vector v = to_eigen(states[i].v_WBcm);
+    const BodyMass of = mass_of(scene, body);
+    const double m = of.mass_kg;
     const Rotation q = to_eigen(states[i].q_WB);
+    const Vector x = to_eigen(states[i].p_WBo) + q * of.p_BoBcm;
+    const Vector v = to_eigen(states[i].v_WBcm);
     const Vector w_B = q.conjugate() * to_eigen(states[i].w_WB);
-    const Vector angular = x.cross(m * v) + q * J.cwiseProduct(w_B);
+    const Vector angular = x.cross(m * v) + q * (of.J_kgm2 * w_B);
 
     sum.translational_J += m * v.squaredNorm() / 2;
-    sum.rotational_J += w_B.dot(J.cwiseProduct(w_B)) / 2;
+    sum.rotational_J += w_B.dot(of.J_kgm2 * w_B) / 2;
     sum.potential_J -= m * g_W.dot(x);
     sum.momentum_Ns += m * v;
     sum.momentum_sum_Ns += m * v.norm();

@@ -1,10 +1,12 @@
 // Separating axes of two boxes: Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996, section 5.
-// Everything in the world frame; u points from A to B.
+// Everything in the world frame; u points from A to B. Other shapes: parting.cpp.
 #include "tests/bench/penetration.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "tests/bench/parting.h"
 
 namespace cradle::bench {
 namespace {
@@ -48,32 +50,31 @@ double overlap_of_sphere_and_box(const Vector& centre_W, double radius, const Ve
   return depth <= 0 ? radius - depth : radius - beyond.cwiseMax(0).norm();
 }
 
-/// Of a box or a sphere in the half-space `B`.
-double overlap_with_half_space(const Shape& a, const Pose& A, const Pose& B) {
-  const Vector normal = B.R.col(2);
-  const double reach = a.kind == ShapeKind::sphere
-                           ? a.radius_m()
-                           : shadow(to_eigen(a.half_extents_m()), A.R, normal);
-  return reach - normal.dot(A.x - B.x);
-}
-
 /// Shapes whose overlap is measured; the others touch nothing here.
-bool is_known(ShapeKind kind) {
-  return kind == ShapeKind::sphere || kind == ShapeKind::box || kind == ShapeKind::half_space;
-}
+bool is_known(ShapeKind kind) { return kind > ShapeKind::none && kind <= ShapeKind::hull; }
 
-double bounding_radius(const Shape& shape) {
+double bounding_radius(const Solid& solid) {
+  const Shape& shape = solid.shape;
   switch (shape.kind) {
-    case ShapeKind::none:
-      return 0;
     case ShapeKind::sphere:
       return shape.radius_m();
     case ShapeKind::box:
       return to_eigen(shape.half_extents_m()).norm();
+    case ShapeKind::capsule:
+      return shape.radius_m() + shape.half_length_m();
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      return std::hypot(shape.radius_m(), shape.half_length_m());
+    case ShapeKind::ellipsoid:
+      return to_eigen(shape.half_extents_m()).maxCoeff();
+    case ShapeKind::hull: {
+      double most = 0;
+      for (const Vector& v : solid.hull().vertices) most = std::max(most, v.norm());
+      return most;
+    }
     default:
-      break;
+      return kInfinity;
   }
-  return kInfinity;
 }
 
 /// 21 bits a coordinate: cells that far apart may share a number, which costs time, not pairs.
@@ -89,35 +90,82 @@ bool is_finite(const BodyState& s) {
 
 }  // namespace
 
-double overlap_m(const Shape& a, const Pose& pose_A, const Shape& b, const Pose& pose_B) {
+double overlap_m(const Solid& A, const Pose& X_WA, const Solid& B, const Pose& X_WB) {
   using enum ShapeKind;
+  const Shape &a = A.shape, &b = B.shape;
   if (!is_known(a.kind) || !is_known(b.kind)) return -kInfinity;
-  if (a.kind > b.kind) return overlap_m(b, pose_B, a, pose_A);  // sphere, box, half-space
-  if (b.kind == half_space) {
-    return a.kind == half_space ? -kInfinity : overlap_with_half_space(a, pose_A, pose_B);
+  if (a.kind > b.kind) return overlap_m(B, X_WB, A, X_WA);
+  if (a.kind == half_space && b.kind == half_space) return -kInfinity;
+  if (a.kind == box && b.kind == box) {
+    return overlap_of_boxes(to_eigen(a.half_extents_m()), X_WA, to_eigen(b.half_extents_m()), X_WB);
   }
-  if (a.kind == box) {
-    return overlap_of_boxes(to_eigen(a.half_extents_m()), pose_A, to_eigen(b.half_extents_m()),
-                            pose_B);
+  if (a.kind == sphere && b.kind == box) {
+    return overlap_of_sphere_and_box(X_WA.x, a.radius_m(), to_eigen(b.half_extents_m()), X_WB);
   }
-  if (b.kind == box) {
-    return overlap_of_sphere_and_box(pose_A.x, a.radius_m(), to_eigen(b.half_extents_m()), pose_B);
+  if (a.kind == sphere && b.kind == sphere) {
+    return a.radius_m() + b.radius_m() - (X_WB.x - X_WA.x).norm();
   }
-  return a.radius_m() + b.radius_m() - (pose_B.x - pose_A.x).norm();
+  const Pair pair{A, B, X_WA, X_WB};
+  const Vector between = X_WB.x - X_WA.x;
+  if (!pair.has(half_space) && between.norm() > 0) {
+    const double along_centres = overlap(pair, between.normalized());
+    if (along_centres < 0) return along_centres;
+  }
+  return parting(pair).overlap;
 }
 
-PenetrationCheck::PenetrationCheck(const Scene& scene) : bodies_(scene.bodies) {
+PenetrationCheck::PenetrationCheck(const Scene& scene) {
   double largest_dynamic = 0;
-  for (const BodySpec& body : bodies_) {
-    radii_.push_back(is_known(body.shape.kind) ? bounding_radius(body.shape) : 0);
-    if (body.kind == BodyKind::dynamic) largest_dynamic = std::max(largest_dynamic, radii_.back());
+  for (const BodySpec& body : scene.bodies) {
+    is_dynamic_.push_back(body.kind == BodyKind::dynamic);
+    parts_.push_back(convex_parts(scene, body.shape));
+    double radius = 0;
+    for (const Part& part : parts_.back()) {
+      radius = std::max(radius, part.X_BP.x.norm() + bounding_radius(part.solid));
+    }
+    radii_.push_back(radius);
+    if (is_dynamic_.back()) largest_dynamic = std::max(largest_dynamic, radius);
   }
   cell_m_ = 2 * largest_dynamic;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (!is_known(bodies_[i].shape.kind)) continue;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (parts_[i].empty()) continue;
     (radii_[i] <= largest_dynamic ? small_ : large_).push_back(i);
   }
-  poses_.resize(bodies_.size());
+  poses_.resize(parts_.size());
+}
+
+std::vector<PenetrationCheck::Part> PenetrationCheck::convex_parts(const Scene& scene,
+                                                                   const Shape& shape) {
+  std::vector<Part> parts;
+  if (!is_stored(shape.kind)) {
+    if (is_known(shape.kind)) parts.push_back({shape, {}});
+    return parts;
+  }
+  const GeometryPointer& geometry =
+      scene.geometries.at(static_cast<std::size_t>(shape.parameters[0]) - 1);
+  if (shape.kind == ShapeKind::hull) parts.push_back({Solid(geometry), {}});
+  if (shape.kind == ShapeKind::compound) {
+    for (const CompoundPart& part : std::get<Compound>(geometry->value).parts) {
+      if (!is_known(part.shape.kind)) continue;
+      const Solid solid = part.geometry ? Solid(part.geometry) : Solid(part.shape);
+      parts.push_back({solid, {part.p_BoPo, part.q_BP.toRotationMatrix()}});
+    }
+  }
+  return parts;
+}
+
+double PenetrationCheck::depth_m(std::size_t i, std::size_t j) const {
+  const auto posed = [](const Pose& X, const Pose& in) {
+    return Pose{X.x + X.R * in.x, X.R * in.R};
+  };
+  double most = -kInfinity;
+  for (const Part& a : parts_[i]) {
+    for (const Part& b : parts_[j]) {
+      most = std::max(
+          most, overlap_m(a.solid, posed(poses_[i], a.X_BP), b.solid, posed(poses_[j], b.X_BP)));
+    }
+  }
+  return most;
 }
 
 Penetration PenetrationCheck::look(std::span<const BodyState> states) {
@@ -131,8 +179,8 @@ Penetration PenetrationCheck::look(std::span<const BodyState> states) {
   Penetration found;
   double sum = 0;
   for_near_pairs([&](std::size_t i, std::size_t j) {
-    if (bodies_[i].kind != BodyKind::dynamic && bodies_[j].kind != BodyKind::dynamic) return;
-    const double depth = overlap_m(bodies_[i].shape, poses_[i], bodies_[j].shape, poses_[j]);
+    if (!is_dynamic_[i] && !is_dynamic_[j]) return;
+    const double depth = depth_m(i, j);
     if (depth <= 0) return;
     found.max_m = std::max(found.max_m, depth);
     sum += depth;

@@ -9,6 +9,7 @@
 
 #include "server/collision/geometry.h"
 #include "server/scene.h"
+#include "tests/bench/solids.h"
 
 namespace cradle::bench {
 
@@ -20,11 +21,13 @@ struct Penetration {
 };
 
 /// The shortest way that parts two shapes, m; negative: they are apart by at least that much.
-/// Of a box and a box it is the least overlap over their fifteen separating axes, of the others
-/// closed forms. Shapes without volume, and two half-spaces, are infinitely far apart.
-double overlap_m(const Shape& a, const Pose& pose_A, const Shape& b, const Pose& pose_B);
+/// Of a box and a box it is the least overlap over their fifteen separating axes, of spheres and
+/// boxes closed forms, of others what `parting` finds. Shapes without volume, meshes, and two
+/// half-spaces are infinitely far apart.
+double overlap_m(const Solid& A, const Pose& X_WA, const Solid& B, const Pose& X_WB);
 
-/// Looks at all bodies of a scene. Bodies up to the size of the largest dynamic one go through a
+/// Looks at all bodies of a scene but those with a mesh; of two compounds at the two parts that
+/// overlap most. Bodies up to the size of the largest dynamic one go through a
 /// uniform grid, larger ones (floors and walls) are held against every dynamic body.
 class PenetrationCheck {
  public:
@@ -38,9 +41,17 @@ class PenetrationCheck {
   template <typename Visit>
   void for_near_pairs(Visit visit);
 
-  std::vector<BodySpec> bodies_;
-  std::vector<double> radii_;       // of the bounding sphere; infinite for half-spaces
-  std::vector<std::size_t> small_;  // bodies in the grid
+  struct Part {
+    Solid solid;
+    Pose X_BP;
+  };
+  static std::vector<Part> convex_parts(const Scene& scene, const Shape& shape);
+  double depth_m(std::size_t i, std::size_t j) const;
+
+  std::vector<bool> is_dynamic_;
+  std::vector<std::vector<Part>> parts_;  // of each body
+  std::vector<double> radii_;             // of the bounding sphere; infinite for half-spaces
+  std::vector<std::size_t> small_;        // bodies in the grid
   std::vector<std::size_t> large_;
   double cell_m_ = 0;
   std::vector<Pose> poses_;

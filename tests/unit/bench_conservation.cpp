@@ -3,7 +3,9 @@
 #include <cmath>
 #include <limits>
 
+#include "server/dynamics/mass_distribution.h"
 #include "tests/bench/conservation.h"
+#include "tests/bench/masses.h"
 
 using namespace cradle;
 using namespace cradle::bench;
@@ -47,6 +49,74 @@ TEST_CASE("a body without mass gets it from its density") {
   scene.bodies[0].shape = Shape::sphere(1);  // 4/3 pi m^3; J = 2/5 m r^2
   CHECK(budget_at_start(scene).translational_J == Approx(16.7551608));
   CHECK(budget_at_start(scene).rotational_J == Approx(0.41887902));
+}
+
+TEST_CASE("masses of all shapes are those that the daemon finds by other means") {
+  const Scene scene = parse_scene(R"(
+[[body]]
+shape = "capsule"
+radius_m = 0.3
+half_length_m = 0.7
+[[body]]
+shape = "cylinder"
+radius_m = 0.3
+half_length_m = 0.7
+[[body]]
+shape = "cone"
+radius_m = 0.3
+half_length_m = 0.7
+[[body]]
+shape = "ellipsoid"
+half_extents_m = [0.2, 0.3, 0.4]
+mass_kg = 3
+[[body]]
+shape = "hull"
+points_m = [[0, 0, -0.3], [1, 0, 0.5], [-1, 1, 0.5], [-1, -1, 0.5]]
+[[body]]
+shape = "mesh"
+points_m = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+[[body]]
+shape = "compound"
+[[body.part]]
+shape = "cone"
+radius_m = 0.2
+half_length_m = 0.3
+position_m = [0, 0.1, -0.9]
+density_kgpm3 = 10
+[[body.part]]
+shape = "box"
+half_extents_m = [0.2, 0.3, 0.1]
+position_m = [0.1, 0, 0.95]
+orientation_wxyz = [0.8, 0.6, 0, 0]
+)",
+                                  "test");
+  REQUIRE(scene.bodies.size() == 7);
+  for (const BodySpec& body : scene.bodies) {
+    CAPTURE(word_of(body.shape.kind));
+    const BodyMass ours = mass_of(scene, body);
+    MassDistribution theirs = mass_distribution(body.shape, body.density_kgpm3);
+    if (is_stored(body.shape.kind)) {
+      const double density = body.shape.kind == ShapeKind::compound ? 1 : body.density_kgpm3;
+      const auto number = static_cast<std::size_t>(body.shape.parameters[0]);
+      theirs = mass_distribution(*scene.geometries[number - 1], density);
+    }
+    CHECK(ours.mass_kg == Approx(body.mass_kg > 0 ? body.mass_kg : theirs.mass_kg));
+    CHECK((ours.p_BoBcm - theirs.p_BoBcm).norm() < 1e-12);
+    CHECK((ours.J_kgm2 / ours.mass_kg - theirs.G).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("the potential energy of a cone is that of its centre of mass") {
+  BodySpec cone;
+  cone.shape = Shape::cone(0.5, 2);
+  cone.mass_kg = 2;
+  cone.p_WBo = {0, 0, 5};
+  cone.q_WB = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+  Scene scene;
+  scene.settings.gravity_W = {0, 10, 0};
+  scene.bodies = {cone};
+  CHECK(budget_at_start(scene).potential_J == Approx(-20));  // a quarter turn about x: 1 m along y
 }
 
 TEST_CASE("drift of energy is its largest gain, or its last loss") {

@@ -31,7 +31,7 @@ Matrix on_its_corner() {
   return Rotation::FromTwoVectors(Vector{1, 1, 1}, Vector::UnitZ()).toRotationMatrix();
 }
 
-/// A scene of boxes and spheres, every third static, in a cloud about the origin.
+/// A scene of boxes, spheres, capsules and cones, every third static, in a cloud about the origin.
 Scene cloud(int count) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -39,7 +39,8 @@ Scene cloud(int count) {
   for (int i = 0; i < count; ++i) {
     BodySpec body;
     body.kind = i % 3 == 0 ? BodyKind::fixed : BodyKind::dynamic;
-    body.shape = i % 2 == 0 ? kCube : kBall;
+    const Shape shapes[] = {kCube, kBall, Shape::capsule(0.3, 0.4), Shape::cone(0.5, 0.4)};
+    body.shape = shapes[i % 4];
     body.p_WBo = {4 * uniform(random), 4 * uniform(random), 4 * uniform(random)};
     body.q_WB = {uniform(random), uniform(random), uniform(random), uniform(random)};
     scene.bodies.push_back(body);
@@ -150,6 +151,56 @@ TEST_CASE("a floor far larger than the bodies is held against each of them") {
   const Penetration found = PenetrationCheck(scene).look(start_of(scene));
   CHECK(found.pairs == 3);
   CHECK(found.mean_m == Approx(0.01).margin(kRounding));
+}
+
+TEST_CASE("every convex shape overlaps the floor by what it is sunk into it") {
+  const Matrix lying = turned(std::numbers::pi / 2, Vector::UnitY());
+  const Solid space = Shape::half_space(), floor = kFloor;
+  const auto check = [&](const Solid& solid, double height, const Matrix& R) {
+    CHECK(overlap_m(solid, at(0.1, 0.2, height - 0.01, R), space, {}) ==
+          Approx(0.01).margin(kRounding));
+    CHECK(overlap_m(solid, at(0.1, 0.2, height - 0.01, R), floor, at(0, 0, -10)) ==
+          Approx(0.01).margin(1e-10));
+    CHECK(overlap_m(floor, at(0, 0, -10), solid, at(0.1, 0.2, height + 0.01, R)) < 0);
+  };
+  check(Shape::capsule(0.2, 0.5), 0.2, lying);
+  check(Shape::cylinder(0.3, 0.5), 0.3, lying);
+  check(Shape::cylinder(0.3, 0.5), 0.5, turned(0, Vector::UnitX()));
+  check(Shape::cone(0.3, 0.5), 0.5, turned(0, Vector::UnitX()));
+  check(Shape::ellipsoid({0.5, 0.3, 0.2}), 0.5, lying);
+  std::vector<Vector> corners;
+  for (int k = 0; k < 8; ++k)
+    corners.emplace_back(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
+  check(Solid(make_hull(corners).geometry), std::sqrt(3.0) / 2, on_its_corner());
+}
+
+TEST_CASE("a compound overlaps by the part that overlaps most, a hull of a scene by itself") {
+  Scene scene = parse_scene(R"(
+[[body]]
+shape = "compound"
+position_m = [0, 0, 1]
+[[body.part]]
+shape = "sphere"
+radius_m = 0.2
+position_m = [0, 0, -0.9]
+[[body.part]]
+shape = "box"
+half_extents_m = [0.2, 0.2, 0.1]
+position_m = [0, 0, 0.95]
+orientation_wxyz = [0, 1, 0, 0]
+[[body]]
+shape = "hull"
+position_m = [0, 0, 2.33]
+points_m = [[0, 0, -0.3], [1, 0, 0.5], [-1, 1, 0.5], [-1, -1, 0.5]]
+[[body]]
+kind = "static"
+shape = "half_space"
+)",
+                            "test");
+  const Penetration found = PenetrationCheck(scene).look(start_of(scene));
+  CHECK(found.pairs == 2);
+  CHECK(found.max_m == Approx(0.1).margin(kRounding));    // the ball in the half-space
+  CHECK(found.mean_m == Approx(0.06).margin(kRounding));  // the hull's tip in the box's top: 0.02
 }
 
 TEST_CASE("a pose that is not a number is a penetration that is not a number") {

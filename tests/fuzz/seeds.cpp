@@ -1,8 +1,11 @@
 // Writes what fuzzing begins with: fuzz_seeds FOLDER makes FOLDER/<target>/seed_<name>, among them
 // a whole message of every kind.
+#include <array>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "tests/fuzz/command_maker.h"
 #include "tests/wire/layout.h"
@@ -179,6 +182,92 @@ void write_commands(const Seeds& seeds) {
   seeds.write("commands", "every_kind", honest);
 }
 
+using Points = std::vector<std::array<double, 3>>;
+using Triangles = std::vector<std::array<std::int8_t, 3>>;
+
+/// As the target `geometry` draws them: what, form "any bits", scale, count, numbers.
+Bytes points_of(std::uint8_t what, const Points& points) {
+  Bytes bytes{what, 0, 0, static_cast<std::uint8_t>(points.size())};
+  for (const auto& point : points) {
+    std::uint8_t plain[sizeof point];
+    std::memcpy(plain, point.data(), sizeof point);
+    bytes.insert(bytes.end(), plain, plain + sizeof point);
+  }
+  return bytes;
+}
+
+void write_geometry(const Seeds& seeds) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const Points cube = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0},
+                       {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+  const auto scaled = [&](double x, double y, double z) {
+    Points points = cube;
+    for (auto& p : points) p = {x * p[0], y * p[1], z * p[2]};
+    return points;
+  };
+  const auto with = [](Points points, const std::array<double, 3>& more) {
+    points.push_back(more);
+    return points;
+  };
+  const auto hull = [&](const std::string& name, const Points& points) {
+    Bytes bytes = points_of(0, points);
+    append(bytes, Bytes{10, 20, 30, 40, 50, 60});  // a pose for contacts
+    seeds.write("geometry", "hull_" + name, bytes);
+  };
+  hull("cube", cube);
+  hull("needle", scaled(1e-3, 1e-3, 1e3));
+  hull("huge", scaled(1e6, 1e6, 1e6));
+  hull("small", scaled(2e-4, 2e-4, 2e-4));
+  hull("flat", scaled(1, 1, 0));
+  hull("thin", scaled(1e3, 1e3, 2e-4));
+  hull("line", scaled(1, 0, 0));
+  hull("one_place", scaled(0, 0, 0));
+  hull("duplicates", with(with(cube, cube[3]), cube[7]));
+  hull("inner_point", with(cube, {0.5, 0.5, 0.5}));
+  hull("on_a_face", with(with(cube, {0.5, 0.5, 1}), {0.25, 0.5, 1 + 1e-15}));
+  hull("not_finite", with(cube, {0, kNan, 0}));
+  hull("far_away", with(cube, {1e7, 0, 0}));
+
+  const Triangles sides = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                           {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  const auto mesh = [&](const std::string& name, const Points& points, const Triangles& triangles) {
+    Bytes bytes = points_of(1, points);
+    bytes.push_back(static_cast<std::uint8_t>(triangles.size()));
+    for (const auto& corners : triangles) {
+      for (const std::int8_t corner : corners) bytes.push_back(static_cast<std::uint8_t>(corner));
+    }
+    append(bytes, Bytes{10, 20, 30, 40, 50, 60});
+    seeds.write("geometry", "mesh_" + name, bytes);
+  };
+  const auto changed = [&](std::size_t k, const std::array<std::int8_t, 3>& corners) {
+    Triangles triangles = sides;
+    triangles[k] = corners;
+    return triangles;
+  };
+  Triangles turned = sides;
+  for (auto& corners : turned) std::swap(corners[0], corners[1]);
+  mesh("cube", cube, sides);
+  mesh("open", cube, Triangles(sides.begin(), sides.end() - 1));
+  mesh("one_flipped", cube, changed(3, {5, 6, 7}));
+  mesh("inside_out", cube, turned);
+  mesh("degenerate", cube, changed(0, {0, 0, 1}));
+  mesh("collinear", with(cube, {0.5, 0, 0}), changed(0, {0, 8, 1}));
+  mesh("no_such_corner", cube, changed(0, {0, 2, 99}));
+  mesh("below_zero", cube, changed(0, {0, 2, -1}));
+  mesh("flat", scaled(1, 1, 0), sides);
+  mesh("huge", scaled(1e6, 1e6, 1e6), sides);
+  mesh("small", scaled(1e-6, 1e-6, 1e-6), sides);
+  mesh("not_finite", scaled(1, kNan, 1), sides);
+  Bytes text{2};
+  append(text, std::string("# a tetrahedron\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1e0\n"
+                           "f 1 3 2\nf 1/1 2/1 4/1\nf 1//1 4//1 3//1\nf -3 -2 -1\n"));
+  seeds.write("geometry", "obj", text);
+  Bytes parts{3, 3, 0, 100, 1, 2, 3, 0, 1, 90, 95, 100, 4, 5, 6, 0, 3, 0};
+  append(parts, points_of(0, cube));
+  parts.erase(parts.end() - 4 - 8 * 24);  // no byte for what: these are points of a part
+  seeds.write("geometry", "compound", parts);
+}
+
 /// For targets that make their messages of any bytes themselves.
 void write_random(const Seeds& seeds, const std::string& target) {
   test::Samples samples(43);
@@ -204,5 +293,7 @@ int main(int count, char** arguments) {
   cradle::fuzz::write_commands(seeds);
   cradle::fuzz::write_random(seeds, "commands");
   cradle::fuzz::write_random(seeds, "client");
+  cradle::fuzz::write_geometry(seeds);
+  cradle::fuzz::write_random(seeds, "geometry");
   return 0;
 }

@@ -209,7 +209,8 @@ TEST_CASE("FCL turned the normals of boxes deep in each other by 33 to 87 degree
   CHECK(best > trials * 3 / 4);
 }
 
-TEST_CASE("FCL gave, by its other solver, normals in the frame of the first body, and negative depths") {
+TEST_CASE(
+    "FCL gave, by its other solver, normals in the frame of the first body, and negative depths") {
   Random random(81);
   for (const Solid& A : {kCapsule, kHullBox, kCylinder}) {
     for (int trial = 0; trial < 200; ++trial) {

@@ -108,8 +108,11 @@ struct World::State {
 
   /// m, of the ball about Bo that holds the body's shape.
   double reach(std::size_t i) const {
-    const Collider C = collider(i);
-    return C.geometry != nullptr ? bounding_radius(*C.geometry) : bounding_radius(C.shape);
+    const Shape& shape = bodies.shape[i];
+    return is_stored(shape.kind) ? bounding_radius(*geometry(shape)) : bounding_radius(shape);
+  }
+  const StoredGeometry* geometry(const Shape& stored) const {
+    return geometries[static_cast<std::size_t>(stored.parameters[0]) - 1].get();
   }
 
   /// Of a hull, mesh or compound; null for other shapes.

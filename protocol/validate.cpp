@@ -1,6 +1,7 @@
 #include "protocol/validate.h"
 
 #include <cradle/limits.h>
+#include <cradle/polygon.h>
 #include <cradle/version.h>
 
 #include <algorithm>
@@ -51,15 +52,26 @@ Result check_number(const std::array<double, 8>& parameters) {
   return is_alone && is_number ? Result::ok : Result::bad_shape;
 }
 
+Result check_polygon(const Shape& shape) {
+  std::array<Vec2, 4> corners;
+  for (std::size_t k = 0; k < 4; ++k) corners[k] = shape.corner_m(k);
+  for (const double p : shape.parameters) {
+    if (std::abs(p) > kSizeMax_m) return Result::out_of_range;
+  }
+  const auto used = std::span(corners).first(shape.corner_count());
+  return polygon_fault(used).empty() ? Result::ok : Result::bad_shape;
+}
+
 Result check_shape(const BodySpec& spec) {
   for (double p : spec.shape.parameters) {
     if (!std::isfinite(p)) return Result::not_finite;
   }
   const ShapeKind kind = spec.shape.kind;
-  if (kind < ShapeKind::none || kind > ShapeKind::compound) return Result::bad_shape;
+  if (word_of(kind) == "unknown") return Result::bad_shape;
   if (kind == ShapeKind::half_space && spec.kind == BodyKind::dynamic) return Result::bad_shape;
   const auto& p = spec.shape.parameters;
   if (is_stored(kind)) return check_number(p);
+  if (kind == ShapeKind::polygon) return check_polygon(spec.shape);
   const std::size_t sizes = size_count(kind);
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (i >= sizes && p[i] != 0) return Result::bad_shape;

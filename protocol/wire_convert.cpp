@@ -84,9 +84,8 @@ bool from_wire(const wire::body_spec_v2& w, BodySpec& v) {
   v.q_WB = rotation(w.q_WB);
   v.v_WBcm = vector(w.v_WBcm_mps);
   v.w_WB = vector(w.w_WB_radps);
-  return get(w.kind, BodyKind::dynamic, v.kind) &&
-         get(w.shape, ShapeKind::compound, v.shape.kind) && w.sets >= 0 &&
-         w.sets <= wire::body_spec_v2::CENTRE_OF_MASS && get(w.name, v.name);
+  return get(w.kind, BodyKind::dynamic, v.kind) && get(w.shape, ShapeKind::polygon, v.shape.kind) &&
+         w.sets >= 0 && w.sets <= wire::body_spec_v2::CENTRE_OF_MASS && get(w.name, v.name);
 }
 
 void to_wire(BodyId v, std::int64_t& w) { w = v.value; }
@@ -211,7 +210,7 @@ bool from_wire(const wire::event_v2& w, Event& v) {
   return is_integer(w.body, 1) && is_integer(w.client) && is_integer(w.tick) &&
          to_string(v.reason) != "unlisted" && get(w.event, EventKind::described, v.kind) &&
          get(w.kind, BodyKind::dynamic, v.body_kind) &&
-         get(w.shape, ShapeKind::compound, v.shape.kind) && get(w.name, v.name);
+         get(w.shape, ShapeKind::polygon, v.shape.kind) && get(w.name, v.name);
 }
 
 template <class Wire, class Items>

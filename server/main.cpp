@@ -153,6 +153,7 @@ void print_limits() {
   PRINT(kPoints);
   PRINT(kTriangles);
   PRINT(kParts);
+  PRINT(kCorners);
   PRINT(kRateMin_hz);
   PRINT(kRateMax_hz);
   PRINT(kSubStepsMax);

@@ -153,6 +153,7 @@ class SceneReader {
     if (const auto world = root_.table("world", kWorldKeys)) {
       scene_.settings = read_settings(*world);
     }
+    shapes_.set_planar(scene_.settings.is_planar);
     for (const TomlTable& entry : root_.tables("body", kBodyKeys)) {
       const TomlTable table = entry.about(description(entry));
       const BodySpec body = read_body(table);
@@ -188,7 +189,7 @@ class SceneReader {
   void require_in_plane(const TomlTable& table, const std::string& prefix, const BodySpec& body,
                         const Wrenches& wrenches) const {
     MassProperties mass;
-    const Result result = mass_properties(body, shapes_.mass_of(body.shape), mass);
+    const Result result = shapes_.mass_of(body, mass);
     if (result != Result::ok) return;  // told by its key
     std::string_view fault = out_of_plane(body, mass);
     for (const TimedWrench& timed : wrenches) {
@@ -229,7 +230,7 @@ class SceneReader {
     const auto judge = [&](std::string_view key) {
       require(table, key, validate(spec));
       MassProperties derived;
-      require(table, key, mass_properties(spec, shapes_.mass_of(spec.shape), derived));
+      require(table, key, shapes_.mass_of(spec, derived));
     };
     judge(has_density ? "density_kgpm3" : "mass_kg");
     if (table.read("centre_of_mass_m", spec.p_BoBcm)) {

@@ -5,8 +5,10 @@
 #include <filesystem>
 
 #include "protocol/validate.h"
+#include "server/collision/planar_pairs.h"
 #include "server/dynamics/rotation.h"
 #include "server/mesh_file.h"
+#include "server/world/plane.h"
 
 namespace cradle {
 namespace {
@@ -22,13 +24,14 @@ constexpr std::pair<std::string_view, ShapeKind> kBodyShapes[] = {
     {"capsule", ShapeKind::capsule},   {"cylinder", ShapeKind::cylinder},
     {"cone", ShapeKind::cone},         {"ellipsoid", ShapeKind::ellipsoid},
     {"hull", ShapeKind::hull},         {"mesh", ShapeKind::mesh},
-    {"compound", ShapeKind::compound},
+    {"compound", ShapeKind::compound}, {"polygon", ShapeKind::polygon},
 };
 constexpr std::pair<std::string_view, ShapeKind> kPartShapes[] = {
     {"sphere", ShapeKind::sphere},   {"box", ShapeKind::box},
     {"capsule", ShapeKind::capsule}, {"cylinder", ShapeKind::cylinder},
     {"cone", ShapeKind::cone},       {"ellipsoid", ShapeKind::ellipsoid},
     {"hull", ShapeKind::hull},       {"mesh", ShapeKind::mesh},
+    {"polygon", ShapeKind::polygon},
 };
 
 /// exp of half the rotation vector, by its series: no libm, whose bits depend on the processor.
@@ -123,9 +126,13 @@ void read_orientation(const TomlTable& table, Quat& q) {
 
 ShapeReader::ShapeReader(const std::string& scene) : scene_(scene) {}
 
-const MassDistribution* ShapeReader::mass_of(const Shape& shape) const {
-  if (!is_stored(shape.kind)) return nullptr;
-  return &masses_[static_cast<std::size_t>(shape.parameters[0]) - 1];
+Result ShapeReader::mass_of(const BodySpec& spec, MassProperties& mass) const {
+  const MassDistribution* stored = nullptr;
+  if (is_stored(spec.shape.kind)) {
+    stored = &masses_[static_cast<std::size_t>(spec.shape.parameters[0]) - 1];
+  }
+  return is_planar_ ? planar_mass_properties(spec, stored, mass)
+                    : mass_properties(spec, stored, mass);
 }
 
 void ShapeReader::read(const TomlTable& table, BodySpec& spec) {
@@ -134,8 +141,11 @@ void ShapeReader::read(const TomlTable& table, BodySpec& spec) {
   spec.shape = read_simple(table, kind);
   const std::vector<TomlTable> parts = table.tables("part", kPartKeys);
   check_presence(table, "part", !parts.empty(), kind == ShapeKind::compound);
-  GeometryPointer geometry = read_surface(table, kind);
+  GeometryPointer geometry = read_surface(table, spec.shape);
   if (kind == ShapeKind::compound) geometry = read_compound(table, parts);
+  const std::string_view fault = is_planar_ ? shape_out_of_plane(spec.shape, geometry.get())
+                                            : shape_out_of_space(spec.shape, geometry.get());
+  if (!fault.empty()) table.refuse(std::string(fault));
   if (!geometry) return require(table, "shape", validate(spec));  // a dynamic half-space
 
   if (geometries_.size() >= static_cast<std::size_t>(limits::kGeometries)) {
@@ -147,8 +157,8 @@ void ShapeReader::read(const TomlTable& table, BodySpec& spec) {
                  "a dynamic body needs a closed mesh, and this one is open: " + open_edge(*mesh));
   }
   geometries_.push_back(geometry);
-  masses_.push_back(mass_distribution(*geometry, 1));
-  spec.shape = Shape::stored(kind, static_cast<std::int64_t>(geometries_.size()));
+  masses_.push_back(geometry_mass(*geometry, is_planar_));
+  spec.shape = Shape::stored(geometry->kind(), static_cast<std::int64_t>(geometries_.size()));
 }
 
 /// The shapes that are a kind and sizes; of the others the kind alone.
@@ -173,8 +183,30 @@ Shape ShapeReader::read_simple(const TomlTable& table, ShapeKind kind) const {
   return shape;
 }
 
+/// A polygon that fits the shape becomes it; one of more corners is returned.
+GeometryPointer ShapeReader::read_polygon(const TomlTable& table, Shape& shape) const {
+  std::vector<std::array<double, 3>> points;
+  for (const char* key : {"file", "triangles"}) check_presence(table, key, table.has(key), false);
+  check_presence(table, "points_m", table.read("points_m", points), true);
+  std::vector<Vec2> corners;
+  for (const auto& p : points) {
+    if (p[2] != 0) table.refuse("points_m", "the corners of a polygon must have z = 0");
+    corners.push_back({p[0], p[1]});
+  }
+  MadeGeometry made = make_polygon(corners);
+  if (!made.geometry) table.refuse("points_m", "the polygon " + made.fault);
+  if (corners.size() > 4) {
+    shape = {ShapeKind::hull, {}};
+    return made.geometry;
+  }
+  shape = Shape::polygon(corners[0], corners[1], corners[2], corners.back());
+  return nullptr;
+}
+
 /// A hull or a mesh, from the file or from the keys; null for other kinds.
-GeometryPointer ShapeReader::read_surface(const TomlTable& table, ShapeKind kind) {
+GeometryPointer ShapeReader::read_surface(const TomlTable& table, Shape& shape) {
+  const ShapeKind kind = shape.kind;
+  if (kind == ShapeKind::polygon) return read_polygon(table, shape);
   const bool is_hull = kind == ShapeKind::hull, is_mesh = kind == ShapeKind::mesh;
   std::string file;
   std::vector<std::array<double, 3>> points;
@@ -238,7 +270,7 @@ CompoundPart ShapeReader::read_part(const TomlTable& table) {
   ShapeKind kind = ShapeKind::none;
   if (!table.read("shape", kind, kPartShapes)) table.refuse("shape", "is missing");
   part.shape = read_simple(table, kind);
-  part.geometry = read_surface(table, kind);
+  part.geometry = read_surface(table, part.shape);
   const auto* mesh = part.geometry ? std::get_if<TriangleMesh>(&part.geometry->value) : nullptr;
   if (mesh && !mesh->is_closed) {
     table.refuse("shape", "a part needs a closed mesh, and this one is open: " + open_edge(*mesh));

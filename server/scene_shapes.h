@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/dynamics/mass_distribution.h"
+#include "server/dynamics/mass_properties.h"
 #include "server/toml_reader.h"
 
 namespace cradle {
@@ -32,20 +32,26 @@ class ShapeReader {
   /// Reads all shape keys of a body into `spec.shape`, and judges them; its kind must be known.
   void read(const TomlTable& table, BodySpec& spec);
 
-  /// What a stored shape has at density 1; null for others.
-  const MassDistribution* mass_of(const Shape& shape) const;
+  /// Of a planar world, or one of space, as it is at first: which shapes there are, and what they
+  /// weigh.
+  void set_planar(bool is_planar) { is_planar_ = is_planar; }
+
+  /// What a body weighs whose shape was read.
+  Result mass_of(const BodySpec& spec, MassProperties& mass) const;
 
   /// Those of the bodies: number k is the one at k - 1.
   std::vector<GeometryPointer> take_geometries() { return std::move(geometries_); }
 
  private:
   Shape read_simple(const TomlTable& table, ShapeKind kind) const;
-  GeometryPointer read_surface(const TomlTable& table, ShapeKind kind);
+  GeometryPointer read_surface(const TomlTable& table, Shape& shape);
+  GeometryPointer read_polygon(const TomlTable& table, Shape& shape) const;
   GeometryPointer read_file(const TomlTable& table, ShapeKind kind, const std::string& file);
   GeometryPointer read_compound(const TomlTable& table, const std::vector<TomlTable>& parts);
   CompoundPart read_part(const TomlTable& table);
 
   std::string scene_;
+  bool is_planar_ = false;
   std::map<std::pair<ShapeKind, std::string>, GeometryPointer> files_;  ///< read already
   std::vector<GeometryPointer> geometries_;
   std::vector<MassDistribution> masses_;

@@ -22,7 +22,7 @@ set(pure "algorithm|array|bit|cassert|charconv|cmath|compare|concepts|cstddef|cs
 string(APPEND pure "|functional|initializer_list|limits|map|memory|numbers|numeric|optional|set|span|string")
 string(APPEND pure "|string_view|tuple|type_traits|utility|variant|vector")
 set(any_standard "[a-z_0-9]+|(sys|netinet|arpa)/[a-z]+\\.h|(unistd|poll|signal|fcntl)\\.h")
-set(vocabulary "cradle/(types|result|limits|world_view|version|export)\\.h")
+set(vocabulary "cradle/(types|result|limits|polygon|world_view|version|export)\\.h")
 
 check(protocol/include/* "${pure}|${vocabulary}")
 check(protocol/* "${any_standard}|${vocabulary}|protocol/.*|cradle_wire/.*|lcm/lcm\\.h")

@@ -32,7 +32,12 @@ struct SpawnArguments {
   /// False if there are not as many sizes as the shape has.
   bool shape_up() {
     auto& shape = spec.shape;
-    if (size.size() != size_count(shape.kind)) return false;
+    if (shape.kind == ShapeKind::polygon) {
+      if (size.size() == 6) size.insert(size.end(), {size[4], size[5]});  // a triangle
+      if (size.size() != 8) return false;
+    } else if (size.size() != size_count(shape.kind)) {
+      return false;
+    }
     std::copy(size.begin(), size.end(), shape.parameters.begin());
     return true;
   }
@@ -55,17 +60,19 @@ void add_spawn(CLI::App& app, Action& action) {
       {"sphere", ShapeKind::sphere},         {"box", ShapeKind::box},
       {"half_space", ShapeKind::half_space}, {"capsule", ShapeKind::capsule},
       {"cylinder", ShapeKind::cylinder},     {"cone", ShapeKind::cone},
-      {"ellipsoid", ShapeKind::ellipsoid}};
+      {"ellipsoid", ShapeKind::ellipsoid},   {"polygon", ShapeKind::polygon}};
   sub->add_option("--shape", spec.shape.kind,
-                  "sphere, box, half_space (solid below its z = 0), capsule, cylinder, cone or "
-                  "ellipsoid")
+                  "sphere, box, half_space (solid below its z = 0), capsule, cylinder, cone, "
+                  "ellipsoid; polygon, for planar worlds")
       ->transform(CLI::CheckedTransformer(shapes))
       ->type_name("SHAPE")
       ->required();
-  sub->add_option("--size", arguments->size,
-                  "sphere: radius; box, ellipsoid: half extents x y z; others: radius and half the "
-                  "length along z, of a capsule without its ends (m)")
-      ->expected(0, 3)
+  sub->add_option(
+         "--size", arguments->size,
+         "sphere: radius; box, ellipsoid: half extents x y z; polygon: x y of three or four "
+         "corners, counter-clockwise; others: radius and half the length along z, of a "
+         "capsule without its ends (m)")
+      ->expected(0, 8)
       ->type_name("M...");
   const std::map<std::string, BodyKind> kinds = {{"dynamic", BodyKind::dynamic},
                                                  {"kinematic", BodyKind::kinematic},
@@ -92,7 +99,7 @@ void add_spawn(CLI::App& app, Action& action) {
     if (!arguments->shape_up()) {
       throw CLI::ValidationError("--size",
                                  "sphere takes 1 number, box and ellipsoid 3, half_space none, "
-                                 "capsule, cylinder and cone 2");
+                                 "capsule, cylinder and cone 2, polygon 6 or 8");
     }
     action = [arguments](Session& session) { return spawn(session, arguments->spec); };
   });

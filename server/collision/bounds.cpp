@@ -50,19 +50,31 @@ Aabb bounds_of_hull(const Collider& collider) {
 Aabb bounds_of_compound(const Collider& collider) {
   const Compound* compound =
       collider.geometry ? std::get_if<Compound>(&collider.geometry->value) : nullptr;
+  return compound ? bounds_of_parts(*compound, collider.X_WB, bounds) : Aabb{};
+}
+
+}  // namespace
+
+Aabb posed(const Aabb& box, const Pose& X_WB) {
+  if (box.is_empty()) return {};
+  const Vector middle = X_WB.x + X_WB.R * (0.5 * (box.lower + box.upper));
+  const Vector half = X_WB.R.cwiseAbs() * (0.5 * (box.upper - box.lower));
+  return {middle - half, middle + half};
+}
+
+Aabb bounds_of_parts(const Compound& compound, const Pose& X_WB,
+                     Aabb (*bounds_of_part)(const Collider&)) {
+  if (compound.parts.size() > kPartsOfTightBox) return posed(compound.box, X_WB);
   Aabb box;
-  if (compound == nullptr) return box;
-  const Pose& X = collider.X_WB;
-  for (const CompoundPart& part : compound->parts) {
-    const Pose X_WP{X.x + X.R * part.p_BoPo, X.R * part.q_BP.toRotationMatrix()};
-    const Aabb own = bounds({part.shape, X_WP, part.geometry.get()});
+  for (std::size_t i = 0; i < compound.parts.size(); ++i) {
+    const CompoundPart& part = compound.parts[i];
+    const Pose X_WP{X_WB.x + X_WB.R * compound.X_BP[i].x, X_WB.R * compound.X_BP[i].R};
+    const Aabb own = bounds_of_part({part.shape, X_WP, part.geometry.get()});
     box.lower = box.lower.cwiseMin(own.lower);
     box.upper = box.upper.cwiseMax(own.upper);
   }
   return box;
 }
-
-}  // namespace
 
 Aabb bounds(const Collider& collider) {
   const Pose& X_WB = collider.X_WB;
@@ -70,6 +82,7 @@ Aabb bounds(const Collider& collider) {
     case ShapeKind::none:
     case ShapeKind::half_space:
     case ShapeKind::mesh:
+    case ShapeKind::polygon:
       return {};
     case ShapeKind::compound:
       return bounds_of_compound(collider);
@@ -106,6 +119,14 @@ double bounding_radius(const Shape& shape) {
       return std::hypot(shape.radius_m(), shape.half_length_m());
     case ShapeKind::ellipsoid:
       return to_eigen(shape.half_extents_m()).maxCoeff();
+    case ShapeKind::polygon: {
+      double radius = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Vec2 p = shape.corner_m(k);
+        radius = std::fmax(radius, Vector2(p.x, p.y).norm());
+      }
+      return radius;
+    }
     case ShapeKind::half_space:
     case ShapeKind::hull:
     case ShapeKind::mesh:
@@ -117,11 +138,12 @@ double bounding_radius(const Shape& shape) {
 
 double bounding_radius(const StoredGeometry& geometry) {
   double radius = 0;
-  const auto hold = [&radius](const std::vector<Vector>& vertices) {
-    for (const Vector& vertex : vertices) radius = std::fmax(radius, vertex.norm());
+  const auto hold = [&radius](const auto& vertices) {
+    for (const auto& vertex : vertices) radius = std::fmax(radius, vertex.norm());
   };
   if (const auto* hull = std::get_if<ConvexHull>(&geometry.value)) hold(hull->vertices);
   if (const auto* mesh = std::get_if<TriangleMesh>(&geometry.value)) hold(mesh->vertices);
+  if (const auto* polygon = std::get_if<ConvexPolygon>(&geometry.value)) hold(polygon->corners);
   if (const auto* compound = std::get_if<Compound>(&geometry.value)) {
     for (const CompoundPart& part : compound->parts) {
       const double own =

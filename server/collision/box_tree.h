@@ -63,8 +63,28 @@ class BoxTree {
   /// Calls `visit(slot)` for every box that overlaps `box`. Returns the nodes looked at.
   template <class F>
   std::int64_t query(const FloatBox& box, F&& visit) const {
-    if (levels_.empty()) return 0;
     const Probe probe(box);
+    return query_lanes([&probe](const BoxLanes& node) { return probe.overlaps(node); }, visit);
+  }
+
+  /// Calls `visit(slot)` for every box for which `may(box)` is true, as it has to be for every box
+  /// around such a one; false for boxes of infinite numbers. Returns the nodes looked at.
+  template <class May, class F>
+  std::int64_t query_if(May&& may, F&& visit) const {
+    const auto lanes_of = [&may](const BoxLanes& node) {
+      unsigned lanes = 0;
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (may(node.get(lane))) lanes |= 1U << lane;
+      }
+      return lanes;
+    };
+    return query_lanes(lanes_of, visit);
+  }
+
+  /// Likewise, `overlaps(node)` telling which of four boxes, as bits.
+  template <class Overlaps, class F>
+  std::int64_t query_lanes(Overlaps&& overlaps, F&& visit) const {
+    if (levels_.empty()) return 0;
     Entry stack[kStack];
     std::size_t top = 0;
     std::int64_t nodes = 0;
@@ -72,7 +92,7 @@ class BoxTree {
     while (top > 0) {
       const Entry at = stack[--top];
       ++nodes;
-      for (unsigned hits = probe.overlaps(node(at.level, at.index)); hits != 0; hits &= hits - 1) {
+      for (unsigned hits = overlaps(node(at.level, at.index)); hits != 0; hits &= hits - 1) {
         const std::size_t child = at.index * kLanes + lane_of(hits);
         if (at.level == 0) {
           visit(slots_[child]);

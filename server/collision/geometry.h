@@ -10,6 +10,7 @@
 namespace cradle {
 
 using Vector = Eigen::Vector3d;
+using Vector2 = Eigen::Vector2d;
 using Matrix = Eigen::Matrix3d;
 using Rotation = Eigen::Quaterniond;
 

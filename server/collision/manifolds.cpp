@@ -1,12 +1,22 @@
+// Compounds: the parts near the other body, found by a tree over boxes of the parts that is made
+// once, in the compound's frame, which the other body is taken into. Cost of a pair: one box, the
+// nodes of the tree that the other body is near to, and the parts put to the pair table.
 #include "server/collision/manifolds.h"
 
+#include <algorithm>
+
 #include "server/collision/bounds.h"
+#include "server/collision/box_tree.h"
 #include "server/collision/narrow_phase.h"
+#include "server/collision/planar_pairs.h"
 
 namespace cradle {
 namespace {
 
 constexpr int kShiftA = 44, kShiftB = 32;
+
+/// m. Boxes are made roomier by this much, for rounding.
+constexpr double kRoom = 1e-6;
 
 /// A part of a compound as a collider of its own. Stays where it was made: the collider refers to
 /// the pose.
@@ -14,9 +24,9 @@ struct PosedPart {
   Pose X_WP;
   Collider collider;
 
-  PosedPart(const CompoundPart& part, const Pose& X_WB)
-      : X_WP{X_WB.x + X_WB.R * part.p_BoPo, X_WB.R * part.q_BP.toRotationMatrix()},
-        collider{part.shape, X_WP, part.geometry.get()} {}
+  PosedPart(const Compound& compound, std::size_t i, const Pose& X_WB)
+      : X_WP{X_WB.x + X_WB.R * compound.X_BP[i].x, X_WB.R * compound.X_BP[i].R},
+        collider{compound.parts[i].shape, X_WP, compound.parts[i].geometry.get()} {}
   PosedPart(const PosedPart&) = delete;
   PosedPart& operator=(const PosedPart&) = delete;
 };
@@ -26,31 +36,69 @@ const Compound* compound_of(const Collider& C) {
   return std::get_if<Compound>(&C.geometry->value);
 }
 
-bool may_touch(const Collider& A, const Collider& B, double margin) {
-  const Aabb box_A = bounds(A), box_B = bounds(B);
-  if (box_A.is_empty() || box_B.is_empty()) return true;  // without end: the pair table knows
-  return swept(box_A, Vector::Zero(), margin).overlaps(box_B);
+/// Everything that belongs to one pair of bodies.
+struct Search {
+  double margin;
+  const PairMethods& methods;
+  std::vector<Manifold>& manifolds;
+  std::int64_t work = 0;
+
+  void add(const Collider& A, const Collider& B, std::uint64_t part);
+  std::vector<std::int32_t> parts_near(const Compound& compound, const Pose& X_WC,
+                                       const Collider& other);
+};
+
+/// The parts of a compound that another body may touch, ascending.
+std::vector<std::int32_t> Search::parts_near(const Compound& compound, const Pose& X_WC,
+                                             const Collider& other) {
+  std::vector<std::int32_t> near;
+  const auto take = [&near](std::int32_t i) { near.push_back(i); };
+  const Pose& X_WO = other.X_WB;
+  const double reach = margin + kRoom;
+  if (other.shape.kind == ShapeKind::half_space) {
+    const Vector up_W = X_WO.R.col(2), up = X_WC.R.transpose() * up_W;
+    const double height = up_W.dot(X_WC.x - X_WO.x);
+    work += compound.tree->query_if(
+        [&](const FloatBox& box) {
+          double lowest = height;
+          for (std::size_t k = 0; k < 3; ++k) {
+            const double n = up[static_cast<Eigen::Index>(k)];
+            lowest += n * static_cast<double>(n < 0 ? box.upper[k] : box.lower[k]);
+          }
+          return lowest <= reach;
+        },
+        take);
+  } else {
+    const Pose X_CO{X_WC.R.transpose() * (X_WO.x - X_WC.x), X_WC.R.transpose() * X_WO.R};
+    const Compound* whole = compound_of(other);
+    const Aabb box = whole != nullptr ? posed(whole->box, X_CO)
+                                      : methods.bounds({other.shape, X_CO, other.geometry});
+    if (box.is_empty()) return near;
+    work += compound.tree->query(to_float(swept(box, Vector::Zero(), reach), Vector::Zero()), take);
+  }
+  std::sort(near.begin(), near.end());
+  return near;
 }
 
-void add(const Collider& A, const Collider& B, double margin, std::uint64_t part,
-         std::vector<Manifold>& manifolds) {
+void Search::add(const Collider& A, const Collider& B, std::uint64_t part) {
   if (const Compound* compound = compound_of(A)) {
-    for (std::size_t i = 0; i < compound->parts.size(); ++i) {
-      const PosedPart P(compound->parts[i], A.X_WB);
-      if (may_touch(P.collider, B, margin))
-        add(P.collider, B, margin, part | i << kShiftA, manifolds);
+    for (const std::int32_t i : parts_near(*compound, A.X_WB, B)) {
+      const auto k = static_cast<std::size_t>(i);
+      const PosedPart P(*compound, k, A.X_WB);
+      add(P.collider, B, part | k << kShiftA);
     }
     return;
   }
   if (const Compound* compound = compound_of(B)) {
-    for (std::size_t i = 0; i < compound->parts.size(); ++i) {
-      const PosedPart P(compound->parts[i], B.X_WB);
-      if (may_touch(A, P.collider, margin))
-        add(A, P.collider, margin, part | i << kShiftB, manifolds);
+    for (const std::int32_t i : parts_near(*compound, B.X_WB, A)) {
+      const auto k = static_cast<std::size_t>(i);
+      const PosedPart P(*compound, k, B.X_WB);
+      add(A, P.collider, part | k << kShiftB);
     }
     return;
   }
-  Manifold manifold = collide(A, B, margin);
+  ++work;
+  Manifold manifold = methods.collide(A, B, margin);
   if (manifold.count == 0) return;
   manifold.part = part;
   manifolds.push_back(manifold);
@@ -58,11 +106,19 @@ void add(const Collider& A, const Collider& B, double margin, std::uint64_t part
 
 }  // namespace
 
+const PairMethods& pair_methods(bool is_planar) {
+  static constexpr PairMethods kOfSpace{collide, bounds},
+      kOfPlane{collide_in_plane, bounds_in_plane};
+  return is_planar ? kOfPlane : kOfSpace;
+}
+
 bool is_composite(ShapeKind kind) { return kind == ShapeKind::compound; }
 
-void add_manifolds(const Collider& A, const Collider& B, double margin,
-                   std::vector<Manifold>& manifolds) {
-  add(A, B, margin, 0, manifolds);
+std::int64_t add_manifolds(const Collider& A, const Collider& B, double margin,
+                           std::vector<Manifold>& manifolds, const PairMethods& methods) {
+  Search search{margin, methods, manifolds};
+  search.add(A, B, 0);
+  return search.work;
 }
 
 }  // namespace cradle

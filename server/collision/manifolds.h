@@ -4,17 +4,27 @@
 #include <vector>
 
 #include "server/collision/collider.h"
+#include "server/collision/geometry.h"
 #include "server/collision/manifold.h"
 
 namespace cradle {
+
+/// How two convex shapes meet, and the box of one shape: in space, or in a planar world.
+struct PairMethods {
+  Manifold (*collide)(const Collider&, const Collider&, double margin);
+  Aabb (*bounds)(const Collider&);
+};
+const PairMethods& pair_methods(bool is_planar);
 
 /// Shapes that may touch with more than one manifold.
 bool is_composite(ShapeKind kind);
 
 /// Appends the contacts of A and B that are closer than `margin` (m), one manifold for each two
 /// convex parts, in the order of A's parts, then B's. `Manifold::part` names the two: A's number
-/// times 2^44, B's times 2^32, and what a surface adds below. None as for `collide`.
-void add_manifolds(const Collider& A, const Collider& B, double margin,
-                   std::vector<Manifold>& manifolds);
+/// times 2^44, B's times 2^32, and what a surface adds below. None as for `collide`. Returns the
+/// work done: parts put to the pair table, and nodes of the compounds' trees.
+std::int64_t add_manifolds(const Collider& A, const Collider& B, double margin,
+                           std::vector<Manifold>& manifolds,
+                           const PairMethods& methods = pair_methods(false));
 
 }  // namespace cradle

@@ -18,6 +18,8 @@
 
 namespace cradle {
 
+class BoxTree;
+
 /// Corners of a triangle, counter-clockwise as seen from outside: indices of vertices.
 using Triangle = std::array<std::int32_t, 3>;
 
@@ -60,7 +62,7 @@ using GeometryPointer = std::shared_ptr<const StoredGeometry>;
 /// One shape of a compound. Where parts overlap, their masses add up.
 struct CompoundPart {
   Shape shape;               ///< of a hull or mesh only the kind counts
-  GeometryPointer geometry;  ///< a hull or mesh; else null
+  GeometryPointer geometry;  ///< a hull, mesh or polygon of many corners; else null
   Vector p_BoPo = Vector::Zero();
   Rotation q_BP = Rotation::Identity();
   double density_kgpm3 = 1000;  ///< above 0
@@ -68,11 +70,22 @@ struct CompoundPart {
 
 struct Compound {
   std::vector<CompoundPart> parts;
+
+  // The rest follows from the parts; `make_compound` makes it.
+  std::vector<Pose> X_BP;
+  Aabb box;                             ///< of all parts, in B; roomy enough for planar worlds, too
+  std::shared_ptr<const BoxTree> tree;  ///< over the boxes of the parts that can touch
+};
+
+/// The hull of planar worlds: polygons that have more corners than fit a Shape.
+struct ConvexPolygon {
+  std::vector<Vector2> corners;  ///< counter-clockwise, as polygon_fault wants them
+  std::vector<Vector2> normals;  ///< outward; k of the edge from corner k to the next
 };
 
 struct StoredGeometry {
-  std::variant<ConvexHull, TriangleMesh, Compound> value;
-  ShapeKind kind() const;
+  std::variant<ConvexHull, TriangleMesh, Compound, ConvexPolygon> value;
+  ShapeKind kind() const;  ///< of a ConvexPolygon: hull
 };
 
 /// A geometry, or why there is none.
@@ -97,6 +110,9 @@ MadeGeometry make_mesh(std::span<const Vector> vertices, std::span<const Triangl
 /// Refuses no parts, too many, parts that are no solid, compounds of compounds and densities that
 /// are not above 0. Sizes and poses of the parts must have been validated.
 MadeGeometry make_compound(std::vector<CompoundPart> parts);
+
+/// Refuses what `polygon_fault` names.
+MadeGeometry make_polygon(std::span<const Vec2> corners);
 
 /// Why a mesh is open: which edge has a triangle on one side only. Empty if it is closed.
 std::string open_edge(const TriangleMesh& mesh);

@@ -34,6 +34,8 @@
 
 #include "server/collision/bounds.h"
 #include "server/collision/convex_pair.h"
+#include "server/collision/planar_pairs.h"
+#include "server/collision/planar_shape.h"
 #include "server/collision/turn.h"
 
 namespace cradle {
@@ -78,6 +80,24 @@ bool is_round(ShapeKind kind) {
   return kind == ShapeKind::capsule || kind == ShapeKind::cylinder || kind == ShapeKind::cone;
 }
 
+/// A shape of the plane, where it is.
+PlanarShape in_plane(const Collider& collider, const Pose& X) {
+  return {{collider.shape, X, collider.geometry}, Vector::Zero()};
+}
+
+/// Half the least width of a shape of the plane, which is across an edge.
+double thickness_in_plane(const Collider& collider) {
+  const PlanarShape shape = in_plane(collider, Pose());
+  if (shape.count == 0) return kInfinity;
+  if (shape.count < 3) return shape.radius;
+  double least = kInfinity;
+  for (int k = 0; k < shape.count; ++k) {
+    const Point& n = shape.normal(k);
+    least = std::min(least, n.dot(shape.corner(k) - shape.corner(shape.farthest(-n))));
+  }
+  return 0.5 * least;
+}
+
 /// What bounds the motion of a part's surface.
 struct Rates {
   const Path& path;
@@ -85,14 +105,15 @@ struct Rates {
   double w_o = 0;  // of it what moves the surface
   double arm = 0, radius = 0;
 
-  explicit Rates(const MovingPart& part) : path(part.path) {
+  Rates(const MovingPart& part, bool is_planar) : path(part.path) {
     if (is_half_space(part)) return;
     const Pose& X = part.start.X_WB;
     w = path.turn.norm();
-    w_o = is_round(part.start.shape.kind) ? path.turn.cross(X.R.col(2)).norm() : w;
+    w_o = is_round(part.start.shape.kind) && !is_planar ? path.turn.cross(X.R.col(2)).norm() : w;
     if (!(w > 0)) return;
     arm = (X.x - path.x).cross(path.turn).norm() / w;
-    radius = reach(part.start, Vector::Zero()) - ConvexShape(part.start).radius;
+    radius = reach(part.start, Vector::Zero());
+    radius -= is_planar ? in_plane(part.start, X).radius : ConvexShape(part.start).radius;
   }
 
   bool rests(double time) const { return time >= path.until; }
@@ -111,7 +132,8 @@ struct Separation {
 /// Both parts, at one time after the other.
 class Meeting {
  public:
-  Meeting(const MovingPart& A, const MovingPart& B) : A_(A), B_(B), rates_A_(A), rates_B_(B) {}
+  Meeting(const MovingPart& A, const MovingPart& B, bool is_planar)
+      : A_(A), B_(B), is_planar_(is_planar), rates_A_(A, is_planar), rates_B_(B, is_planar) {}
 
   /// The signed distance, and its direction. `near` is a direction not far from that.
   Separation distance(double time, const Vector& near) {
@@ -120,6 +142,7 @@ class Meeting {
     if (is_half_space(B_)) return {-X_WB.R.col(2), along(-X_WB.R.col(2), X_WA, X_WB)};
     const Collider a{A_.start.shape, X_WA, A_.start.geometry};
     const Collider b{B_.start.shape, X_WB, B_.start.geometry};
+    if (is_planar_) return distance_in_plane(a, b);
     const ConvexPair pair(a, b);
     Simplex simplex;
     const Closest found =
@@ -168,8 +191,22 @@ class Meeting {
     return moved(part.path, part.start.X_WB, time);
   }
 
+  static Separation distance_in_plane(const Collider& a, const Collider& b) {
+    const Manifold manifold = collide_in_plane(a, b, kInfinity);
+    Separation found{manifold.normal_W, kInfinity};
+    for (int k = 0; k < manifold.count; ++k) {
+      found.s = std::min(found.s, manifold.points[static_cast<std::size_t>(k)].separation);
+    }
+    return found;
+  }
+
   double reach_along(const MovingPart& part, const Pose& X, const Vector& n, std::int32_t& hint) {
     if (is_half_space(part)) return n.dot(X.x);
+    if (is_planar_) {
+      const PlanarShape shape = in_plane(part.start, X);
+      const Point d(n.x(), n.y());
+      return d.dot(shape.corner(shape.farthest(d))) + shape.radius;
+    }
     const ConvexShape shape(part.start);
     const Vector n_P = X.R.transpose() * n;
     return n.dot(X.x) + n_P.dot(shape.support(n_P, hint)) + shape.radius;
@@ -180,6 +217,7 @@ class Meeting {
   }
 
   const MovingPart &A_, &B_;
+  bool is_planar_;
   Rates rates_A_, rates_B_;
   SupportHints hints_;
 };
@@ -198,14 +236,16 @@ Pose moved(const Path& path, const Pose& X_WP, double time) {
   return X;
 }
 
-double thickness(const Collider& collider) {
+double thickness(const Collider& collider, bool is_planar) {
   if (const Compound* compound = compound_of(collider)) {
     double least = kInfinity;
     for (const CompoundPart& part : compound->parts) {
-      least = std::min(least, thickness({part.shape, collider.X_WB, part.geometry.get()}));
+      least =
+          std::min(least, thickness({part.shape, collider.X_WB, part.geometry.get()}, is_planar));
     }
     return least;
   }
+  if (is_planar) return thickness_in_plane(collider);
   if (!is_convex(collider)) return kInfinity;
   const double half = ConvexShape(collider).thickness;
   return half > 0 ? half : kInfinity;
@@ -220,6 +260,9 @@ double reach(const Collider& collider, const Vector& centre) {
     }
     return radius;
   }
+  const auto* polygon =
+      collider.geometry ? std::get_if<ConvexPolygon>(&collider.geometry->value) : nullptr;
+  if (polygon != nullptr) return bounding_radius(*collider.geometry) + centre.norm();
   if (collider.hull() == nullptr) return bounding_radius(collider.shape) + centre.norm();
   double radius2 = 0;
   for (const Vector& vertex : collider.hull()->vertices) {
@@ -261,25 +304,32 @@ TimeOfImpact earliest(const Compound& compound, const MovingPart& whole, F&& of_
 
 }  // namespace
 
-TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B, ImpactGoal kind) {
+TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B, ImpactGoal kind,
+                            bool is_planar) {
   if (const Compound* compound = compound_of(A.start)) {
-    return earliest(*compound, A,
-                    [&](const MovingPart& part) { return time_of_impact(part, B, kind); });
+    return earliest(*compound, A, [&](const MovingPart& part) {
+      return time_of_impact(part, B, kind, is_planar);
+    });
   }
   if (const Compound* compound = compound_of(B.start)) {
-    return earliest(*compound, B,
-                    [&](const MovingPart& part) { return time_of_impact(A, part, kind); });
+    return earliest(*compound, B, [&](const MovingPart& part) {
+      return time_of_impact(A, part, kind, is_planar);
+    });
   }
   TimeOfImpact result;
-  const bool A_is_convex = is_convex(A.start), B_is_convex = is_convex(B.start);
+  const auto has_inside = [is_planar](const Collider& collider) {
+    return is_planar ? in_plane(collider, collider.X_WB).count > 0 : is_convex(collider);
+  };
+  const bool A_is_convex = has_inside(A.start), B_is_convex = has_inside(B.start);
   if (!(A_is_convex || is_half_space(A)) || !(B_is_convex || is_half_space(B))) return result;
   if (!A_is_convex && !B_is_convex) return result;
 
-  const ImpactLengths lengths = impact_lengths(thickness(A.start), thickness(B.start));
+  const ImpactLengths lengths =
+      impact_lengths(thickness(A.start, is_planar), thickness(B.start, is_planar));
   const double share = kind == ImpactGoal::touch ? kTouchShare : 1.0;
   const double tolerance = share * lengths.tolerance;
   double goal = kind == ImpactGoal::contact ? -lengths.deeper : share * lengths.gap;
-  Meeting meeting(A, B);
+  Meeting meeting(A, B, is_planar);
   double time = 0;
   const Vector between = B.start.X_WB.x - A.start.X_WB.x;
   Vector n = between.squaredNorm() > 0 ? between.normalized() : Vector(Vector::UnitZ());

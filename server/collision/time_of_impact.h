@@ -41,7 +41,7 @@ struct ImpactLengths {
 ImpactLengths impact_lengths(double thickness_A, double thickness_B);
 /// Half the least width of a convex shape, or of the thinnest part, m; infinite where there is none
 /// to keep.
-double thickness(const Collider& collider);
+double thickness(const Collider& collider, bool is_planar = false);
 /// Radius of the ball about `centre` (m, in the frame of the shape) that holds it; infinite for
 /// half-spaces and meshes.
 double reach(const Collider& collider, const Vector& centre);
@@ -66,8 +66,8 @@ enum class ImpactGoal {
   contact  ///< `deeper` than touching, or than at the start: for parts that contacts keep apart
 };
 
-/// Meshes, and two half-spaces, never meet.
+/// Meshes, and two half-spaces, never meet. In planar worlds shapes are those of planar_pairs.h.
 TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B,
-                            ImpactGoal goal = ImpactGoal::gap);
+                            ImpactGoal goal = ImpactGoal::gap, bool is_planar = false);
 
 }  // namespace cradle

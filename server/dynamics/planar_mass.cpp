@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace cradle {
 namespace {
@@ -128,6 +129,50 @@ PlanarMass sum(std::span<const PlanarMass> parts) {
         part.inertia_kgm2 + part.mass_kg * (part.p_BoBcm - whole.p_BoBcm).squaredNorm();
   }
   return whole;
+}
+
+PlanarMass planar_mass(const Shape& shape, const StoredGeometry* geometry, double density_kgpm3) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return planar_circle(shape.radius_m(), density_kgpm3);
+    case ShapeKind::capsule:
+      return planar_capsule(shape.radius_m(), shape.half_length_m(), density_kgpm3);
+    case ShapeKind::box: {
+      const Vec3 h = shape.half_extents_m();
+      const double mass = density_kgpm3 * 8 * h.x * h.y * h.z;
+      return {mass, PlanarVector::Zero(), mass * (h.x * h.x + h.y * h.y) / 3};
+    }
+    case ShapeKind::polygon: {
+      std::vector<PlanarVector> corners;
+      for (std::size_t k = 0; k < shape.corner_count(); ++k) {
+        corners.emplace_back(shape.corner_m(k).x, shape.corner_m(k).y);
+      }
+      return planar_polygon(corners, density_kgpm3).mass;
+    }
+    default:
+      break;
+  }
+  if (geometry == nullptr) return {};
+  if (const auto* polygon = std::get_if<ConvexPolygon>(&geometry->value)) {
+    return planar_polygon(polygon->corners, density_kgpm3).mass;
+  }
+  std::vector<PlanarMass> parts;
+  if (const auto* compound = std::get_if<Compound>(&geometry->value)) {
+    for (const CompoundPart& part : compound->parts) {
+      const PlanarMass own =
+          planar_mass(part.shape, part.geometry.get(), density_kgpm3 * part.density_kgpm3);
+      const Matrix R = part.q_BP.toRotationMatrix();
+      parts.push_back({own.mass_kg, part.p_BoPo.head<2>() + R.topLeftCorner<2, 2>() * own.p_BoBcm,
+                       own.inertia_kgm2});
+    }
+  }
+  return sum(parts);
+}
+
+MassDistribution as_solid(const PlanarMass& mass) {
+  if (!(mass.mass_kg > 0)) return {};
+  return {mass.mass_kg, Vector(mass.p_BoBcm.x(), mass.p_BoBcm.y(), 0),
+          Vector::Constant(mass.inertia_kgm2 / mass.mass_kg).asDiagonal()};
 }
 
 PlanarMass with_mass(const PlanarMass& spread, double mass_kg) {

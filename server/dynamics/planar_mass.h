@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "server/dynamics/mass_distribution.h"
+
 namespace cradle {
 
 using PlanarVector = Eigen::Vector2d;
@@ -38,6 +40,14 @@ PlanarMass posed(const PlanarMass& part, const PlanarVector& shift, double angle
 
 /// All of them together. None: zero.
 PlanarMass sum(std::span<const PlanarMass> parts);
+
+/// The mass of a shape of the plane, a disc, rectangle, capsule along x_B, polygon or compound of
+/// them: 1 m deep, a box by its third half extent. `density_kgpm3` is that of a solid; the parts of
+/// a compound have densities of their own, times it. Zero for other shapes.
+PlanarMass planar_mass(const Shape& shape, const StoredGeometry* geometry, double density_kgpm3);
+
+/// As of a solid that has this moment about every axis, which is what a planar world asks for.
+MassDistribution as_solid(const PlanarMass& mass);
 
 /// With another mass, spread alike: the moment scales with it.
 PlanarMass with_mass(const PlanarMass& spread, double mass_kg);

@@ -138,6 +138,7 @@ MassDistribution mass_distribution(const Shape& shape, double density_kgpm3) {
     case ShapeKind::hull:
     case ShapeKind::mesh:
     case ShapeKind::compound:
+    case ShapeKind::polygon:
       break;
   }
   return {};
@@ -150,7 +151,8 @@ MassDistribution mass_distribution(const StoredGeometry& geometry, double densit
   if (const auto* mesh = std::get_if<TriangleMesh>(&geometry.value)) {
     return mesh->is_closed ? polyhedron(*mesh, density_kgpm3) : MassDistribution{};
   }
-  return compound(std::get<Compound>(geometry.value), density_kgpm3);
+  const auto* parts = std::get_if<Compound>(&geometry.value);
+  return parts != nullptr ? compound(*parts, density_kgpm3) : MassDistribution{};
 }
 
 }  // namespace cradle

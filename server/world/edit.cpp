@@ -32,23 +32,33 @@ Outcome find_all(const BodyTable& bodies, std::span<const BodyId> wanted,
   return {};
 }
 
-/// What a shape's stored geometry weighs, if it is one that the world holds.
-Result find_stored(const World::State& s, const Shape& shape, const MassDistribution*& found) {
+/// A shape's stored geometry and what it weighs, if it is one that the world holds.
+struct Stored {
+  const StoredGeometry* geometry = nullptr;
+  const MassDistribution* mass = nullptr;
+};
+Result find_stored(const World::State& s, const Shape& shape, Stored& found) {
   if (!is_stored(shape.kind)) return Result::ok;
   const auto number = static_cast<std::size_t>(shape.parameters[0]);
   if (number < 1 || number > s.geometries.size()) return Result::bad_shape;
   if (s.geometries[number - 1]->kind() != shape.kind) return Result::bad_shape;
-  found = &s.geometry_masses[number - 1];
+  found = {s.geometries[number - 1].get(), &s.geometry_masses[number - 1]};
   return Result::ok;
 }
 
 /// What a body of this specification weighs in this world.
 Result find_mass(const World::State& s, const BodySpec& spec, MassProperties& mass) {
-  const MassDistribution* stored = nullptr;
+  Stored stored;
   Result result = validate(spec);
   if (result == Result::ok) result = find_stored(s, spec.shape, stored);
-  if (result == Result::ok) result = mass_properties(spec, stored, mass);
-  if (result != Result::ok || !s.settings.is_planar) return result;
+  if (result != Result::ok) return result;
+  if (!s.settings.is_planar) {
+    if (!shape_out_of_space(spec.shape, stored.geometry).empty()) return Result::bad_shape;
+    return mass_properties(spec, stored.mass, mass);
+  }
+  if (!shape_out_of_plane(spec.shape, stored.geometry).empty()) return Result::out_of_plane;
+  result = planar_mass_properties(spec, stored.mass, mass);
+  if (result != Result::ok) return result;
   if (!out_of_plane(spec, mass).empty()) return Result::out_of_plane;
   mass = planar(mass);
   return Result::ok;
@@ -115,7 +125,7 @@ std::int64_t World::add_geometry(const GeometryPointer& geometry) {
   State& s = *state_;
   if (s.geometries.size() >= static_cast<std::size_t>(limits::kGeometries)) return 0;
   s.geometries.push_back(geometry);
-  s.geometry_masses.push_back(mass_distribution(*geometry, 1));
+  s.geometry_masses.push_back(geometry_mass(*geometry, s.settings.is_planar));
   s.geometry_digests.push_back(digest(*geometry));
   return static_cast<std::int64_t>(s.geometries.size());
 }

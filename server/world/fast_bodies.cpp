@@ -79,12 +79,10 @@ void collide_ahead(World::State& s, const Meeting& meeting) {
   const Collider A{s.bodies.shape[a], X_WA, s.geometry(a)};
   const Collider B{s.bodies.shape[b], X_WB, s.geometry(b)};
   if (CompositePair* composite = composite_of(s, meeting.pair)) {
-    add_manifolds(A, B, kSpeculativeMargin_m, composite->manifolds);
+    add_manifolds(A, B, kSpeculativeMargin_m, composite->manifolds, s.methods());
     return;
   }
-  s.manifolds[meeting.pair] =
-      s.settings.is_planar ? collide_in_plane(A.shape, X_WA, B.shape, X_WB, kSpeculativeMargin_m)
-                           : collide(A, B, kSpeculativeMargin_m);
+  s.manifolds[meeting.pair] = s.methods().collide(A, B, kSpeculativeMargin_m);
 }
 
 }  // namespace
@@ -108,14 +106,14 @@ bool is_far(const World::State& s, std::size_t i, const Path& path) {
 }
 
 Aabb box_of_path(const World::State& s, std::size_t i, const Path& path) {
-  Aabb box = bounds(s.collider(i));
+  Aabb box = s.methods().bounds(s.collider(i));
   const FastLimits& limits = s.fast.limits[i];
   if (turning(limits, s.poses[i], s.bodies.p_BoBcm[i], path.turn) > 0) {
     Path turn = path;
     turn.travel = Vector::Zero();
     const Collider start = s.collider(i);
     const Pose X_end = moved(turn, s.poses[i], 1);
-    const Aabb end = bounds(Collider{start.shape, X_end, start.geometry});
+    const Aabb end = s.methods().bounds(Collider{start.shape, X_end, start.geometry});
     const double between = path.turn.squaredNorm() * limits.reach / 8;
     const Vector reach = Vector::Constant(limits.reach);
     box.lower =
@@ -129,7 +127,7 @@ Aabb box_of_path(const World::State& s, std::size_t i, const Path& path) {
 TimeOfImpact meet(const World::State& s, std::size_t a, const Path& A, std::size_t b, const Path& B,
                   ImpactGoal goal) {
   if (keeps_off(s, a, A, b, B)) return {};
-  return time_of_impact({s.collider(a), A}, {s.collider(b), B}, goal);
+  return time_of_impact({s.collider(a), A}, {s.collider(b), B}, goal, s.settings.is_planar);
 }
 
 void count(FastBodies& fast, const TimeOfImpact& found) {
@@ -146,7 +144,7 @@ void measure_fast_limits(World::State& s) {
     const Shape& shape = s.bodies.shape[i];
     const Collider collider{shape, identity, s.geometry(i)};
     FastLimits& limits = s.fast.limits[i];
-    limits.thickness = thickness(collider);
+    limits.thickness = thickness(collider, s.settings.is_planar);
     limits.reach = reach(collider, s.bodies.p_BoBcm[i]);
     if (!std::isfinite(limits.thickness + limits.reach)) {  // half-spaces and meshes are never fast
       limits.thickness = std::numeric_limits<double>::infinity();
@@ -154,8 +152,9 @@ void measure_fast_limits(World::State& s) {
     }
     const bool has_radius = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule;
     limits.turn_radius = reach(collider, Vector::Zero()) - (has_radius ? shape.radius_m() : 0);
-    limits.is_round = shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::cylinder ||
-                      shape.kind == ShapeKind::cone;
+    const bool has_axis = shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::cylinder ||
+                          shape.kind == ShapeKind::cone;
+    limits.is_round = has_axis && !s.settings.is_planar;
   }
 }
 
@@ -172,9 +171,9 @@ void begin_fast_bodies(World::State& s) {
 }
 
 Aabb box_over_tick(World::State& s, std::size_t i) {
-  if (s.bodies.kind[i] == BodyKind::fixed) return bounds(s.collider(i));
+  if (s.bodies.kind[i] == BodyKind::fixed) return s.methods().bounds(s.collider(i));
   const Path path = expected(s, i);
-  if (!is_far(s, i, path)) return swept(bounds(s.collider(i)), s.dt * s.bodies.v[i], 0);
+  if (!is_far(s, i, path)) return swept(s.methods().bounds(s.collider(i)), s.dt * s.bodies.v[i], 0);
   FastBodies& fast = s.fast;
   fast.any = true;
   fast.is_fast[i] = 1;

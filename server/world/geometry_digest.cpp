@@ -36,6 +36,7 @@ struct Visitor {
     all.add(std::span(mesh.vertices));
     all.add(std::span(mesh.triangles));
   }
+  void operator()(const ConvexPolygon& polygon) const { all.add(std::span(polygon.corners)); }
   void operator()(const Compound& compound) const {
     all.add(compound.parts.size());
     for (const CompoundPart& part : compound.parts) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "server/dynamics/planar_mass.h"
 #include "server/dynamics/rotation.h"
 
 namespace cradle {
@@ -87,6 +88,18 @@ std::string_view out_of_plane(const Spring& spring) {
 
 std::string_view out_of_plane_gravity(const Vec3& gravity_W) {
   return gravity_W.z == 0 ? "" : "must have no z in a planar world";
+}
+
+MassDistribution geometry_mass(const StoredGeometry& geometry, bool is_planar) {
+  if (!is_planar) return mass_distribution(geometry, 1);
+  return as_solid(planar_mass({geometry.kind(), {}}, &geometry, 1));
+}
+
+Result planar_mass_properties(const BodySpec& spec, const MassDistribution* stored,
+                              MassProperties& properties) {
+  if (stored != nullptr) return mass_properties(spec, stored, properties);
+  const MassDistribution flat = as_solid(planar_mass(spec.shape, nullptr, 1));
+  return mass_properties(spec, flat.mass_kg > 0 ? &flat : nullptr, properties);
 }
 
 MassProperties planar(const MassProperties& mass) {

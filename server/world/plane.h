@@ -5,7 +5,7 @@
 /// anything else is refused (Result::out_of_plane), never bent into it. Half-spaces alone have
 /// another attitude: their z_B, the normal, lies in the plane.
 ///
-/// A body's shape is its cut through the plane for contacts, and solid for its mass. Of its inertia
+/// Shapes are those of planar_pairs.h, 1 m deep for their mass, a box as it says. Of its inertia
 /// the moment about z counts.
 #pragma once
 
@@ -26,6 +26,13 @@ std::string_view out_of_plane(const Motion& motion, ShapeKind shape);
 std::string_view out_of_plane(const Wrench& wrench);
 std::string_view out_of_plane(const Spring& spring);
 std::string_view out_of_plane_gravity(const Vec3& gravity_W);
+
+/// What a stored geometry weighs at density 1 in a planar world, or in one of space.
+MassDistribution geometry_mass(const StoredGeometry& geometry, bool is_planar);
+
+/// As `mass_properties`, of a shape of the plane; `stored` is its `geometry_mass`, or null.
+Result planar_mass_properties(const BodySpec& spec, const MassDistribution* stored,
+                              MassProperties& properties);
 
 /// A mass that `out_of_plane` accepts, as the plane needs it: axes of B, J about z, the same about
 /// all axes, of which no load turns the body about x and y. So what moves bodies in space sees no

@@ -95,9 +95,9 @@ struct World::State {
   std::vector<std::uint8_t> unsolved;   ///< by slot, see StepReport::unsolved; or empty
   std::vector<std::uint8_t> lost;       ///< by slot: the step made no usable numbers
 
-  bool can_collide(ShapeKind kind) const {
-    return settings.is_planar ? can_collide_in_plane(kind) : cradle::can_collide(kind);
-  }
+  const PairMethods& methods() const { return pair_methods(settings.is_planar); }
+  /// Planar worlds take in only what they know.
+  bool can_collide(ShapeKind kind) const { return settings.is_planar || cradle::can_collide(kind); }
   BodyArrays arrays();
   FlightArrays flight_arrays();
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/collision/bounds.h"
+#include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/flight.h"
@@ -128,7 +129,7 @@ Manifold manifold_of(World::State& s, std::size_t k) {
   const std::size_t a = index(s.pairs[k].a), b = index(s.pairs[k].b);
   const Collider A = s.collider(a), B = s.collider(b);
   const double margin = margin_of(s, s.pairs[k]);
-  if (s.settings.is_planar) return collide_in_plane(A.shape, A.X_WB, B.shape, B.X_WB, margin);
+  if (s.settings.is_planar) return s.methods().collide(A, B, margin);
   return s.memory.manifold(k, A, B, s.paths[a] + s.paths[b], std::min(s.reaches[a], s.reaches[b]),
                            margin);
 }
@@ -148,7 +149,7 @@ void World::Steps::collide(State& s, Executor& executor) {
       CompositePair& composite = s.composites[index(k)];
       const BodyPair& pair = s.pairs[composite.pair];
       add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), margin_of(s, pair),
-                    composite.manifolds);
+                    composite.manifolds, s.methods());
     }
   });
 }

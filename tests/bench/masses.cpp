@@ -96,6 +96,7 @@ struct OfGeometry {
     }
     return sum;
   }
+  Moments operator()(const ConvexPolygon&) const { return {}; }  // no solid
   Moments operator()(const Compound& compound) const {
     Moments sum;
     for (const CompoundPart& part : compound.parts) {

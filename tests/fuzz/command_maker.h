@@ -143,8 +143,13 @@ class CommandMaker {
   }
 
   Shape shape() {
-    Shape s{one_of(ShapeKind::compound), {}};
+    Shape s{one_of(ShapeKind::polygon), {}};
     for (std::size_t i = 0; i < size_count(s.kind); ++i) s.parameters[i] = positive();
+    if (s.kind == ShapeKind::polygon) {
+      const double a = positive(), b = positive();
+      s = in_.one_in(2) ? Shape::polygon({0, 0}, {a, 0}, {0, b})
+                        : Shape::polygon({0, 0}, {a, -b}, {a, b}, {-a, number()});
+    }
     if (is_stored(s.kind)) s.parameters[0] = static_cast<double>(in_.below(4));
     if (in_.one_in(32)) s.parameters[in_.below(8)] = number();
     return s;

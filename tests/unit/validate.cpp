@@ -216,7 +216,16 @@ TEST_CASE("a shape has its own sizes, positive, and no others") {
     CHECK(result(dynamic, stored, {1, 1}) == Result::bad_shape);
     CHECK(result(dynamic, stored, {std::nan("")}) == Result::not_finite);
   }
-  for (const int unknown : {-1, 11}) {
+  const ShapeKind polygon = ShapeKind::polygon;
+  CHECK(result(dynamic, polygon, {0, 0, 2, 0, 2, 1, 0, 1}) == Result::ok);
+  CHECK(result(dynamic, polygon, {0, 0, 2, 0, 2, 1, 2, 1}) == Result::ok);         // a triangle
+  CHECK(result(dynamic, polygon, {0, 0, 0, 1, 2, 1, 2, 0}) == Result::bad_shape);  // clockwise
+  CHECK(result(dynamic, polygon, {0, 0, 2, 0, 0.1, 0.1, 0, 1}) == Result::bad_shape);
+  CHECK(result(dynamic, polygon, {0, 0, 2, 0, 2, 0, 0, 1}) == Result::bad_shape);
+  CHECK(result(dynamic, polygon, {}) == Result::bad_shape);
+  CHECK(result(dynamic, polygon, {0, 0, 2, 0, 1e7, 1}) == Result::out_of_range);
+  CHECK(result(dynamic, polygon, {0, 0, 2, 0, std::nan(""), 1}) == Result::not_finite);
+  for (const int unknown : {-1, 11, 13}) {
     CHECK(result(dynamic, static_cast<ShapeKind>(unknown), {}) == Result::bad_shape);
   }
 }

@@ -88,7 +88,7 @@ TEST_CASE("a header that no receipt could repeat cannot be read on its own eithe
 TEST_CASE("unknown enumerators and impossible ids are refused in commands") {
   auto spawn = command<Spawn>(MessageKind::spawn);
   CHECK(has_last(spawn, spawn.bodies[1].kind, BodyKind::dynamic));
-  CHECK(has_last(spawn, spawn.bodies[1].shape.kind, ShapeKind::compound));
+  CHECK(has_last(spawn, spawn.bodies[1].shape.kind, ShapeKind::polygon));
 
   auto push = command<Push>(MessageKind::push);
   Wrench& wrench = push.wrenches[1];
@@ -128,7 +128,7 @@ TEST_CASE("unknown enumerators and impossible numbers are refused in what the se
   Event& event = events.events[1];
   CHECK(has_last(events, event.kind, EventKind::described));
   CHECK(has_last(events, event.body_kind, BodyKind::dynamic));
-  CHECK(has_last(events, event.shape.kind, ShapeKind::compound));
+  CHECK(has_last(events, event.shape.kind, ShapeKind::polygon));
   CHECK(has_range(events, events.epoch, 1, kMax));
   CHECK(has_range(events, events.first, 0, kMax));
   CHECK(has_range(events, event.body.value, 1, kMax));

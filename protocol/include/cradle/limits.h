@@ -49,6 +49,7 @@ inline constexpr std::int64_t kGeometries = 65'536;  ///< hulls, meshes and comp
 inline constexpr std::int64_t kPoints = 4'000'000;   ///< of a hull or a mesh
 inline constexpr std::int64_t kTriangles = 4'000'000;
 inline constexpr std::int64_t kParts = 4096;  ///< of a compound
+inline constexpr int kCorners = 64;           ///< of a polygon of a scene
 inline constexpr double kRateMin_hz = 1;
 inline constexpr double kRateMax_hz = 10'000;
 inline constexpr int kSubStepsMax = 64;

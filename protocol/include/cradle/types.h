@@ -19,6 +19,12 @@ struct Vec3 {
   friend bool operator==(const Vec3&, const Vec3&) = default;
 };
 
+/// Of the plane x, y.
+struct Vec2 {
+  double x = 0, y = 0;
+  friend bool operator==(const Vec2&, const Vec2&) = default;
+};
+
 /// A rotation. The server normalises what it receives; w = x = y = z = 0 is refused.
 struct Quat {
   double w = 1, x = 0, y = 0, z = 0;
@@ -56,13 +62,15 @@ enum class ShapeKind : std::int64_t {
   hull = 8,       ///< convex, of points; like the next two: geometry that the world holds by number
   mesh = 9,       ///< a surface of triangles
   compound = 10,  ///< posed shapes, each with its density
+  // 11 is kept for height fields.
+  polygon = 12,  ///< convex, of three or four corners; for planar worlds alone
 };
 
 /// The word for it in scenes and at the command line; "unknown" for other numbers.
 constexpr std::string_view word_of(ShapeKind kind) {
-  constexpr std::array<std::string_view, 11> kNames = {
-      "none", "sphere",    "box",  "half_space", "capsule", "cylinder",
-      "cone", "ellipsoid", "hull", "mesh",       "compound"};
+  constexpr std::array<std::string_view, 13> kNames = {
+      "none",      "sphere", "box",  "half_space", "capsule", "cylinder", "cone",
+      "ellipsoid", "hull",   "mesh", "compound",   "unknown", "polygon"};
   const auto index = static_cast<std::uint64_t>(kind);
   return index < kNames.size() ? kNames[index] : "unknown";
 }
@@ -90,6 +98,9 @@ constexpr bool is_stored(ShapeKind kind) {
 }
 
 /// Geometry in the body frame, immutable.
+///
+/// In planar worlds a sphere is a disc, a box the rectangle of its first two half extents, and a
+/// capsule lies along x_B; polygons and half-spaces there are no others.
 struct Shape {
   ShapeKind kind = ShapeKind::none;
   std::array<double, 8> parameters{};
@@ -116,6 +127,11 @@ struct Shape {
   static Shape ellipsoid(const Vec3& semi_axes_m) {
     return {ShapeKind::ellipsoid, {semi_axes_m.x, semi_axes_m.y, semi_axes_m.z}};
   }
+  /// Corners in the plane x, y of B, counter-clockwise, the shape convex: see polygon.h.
+  static Shape polygon(const Vec2& a, const Vec2& b, const Vec2& c) { return polygon(a, b, c, c); }
+  static Shape polygon(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+    return {ShapeKind::polygon, {a.x, a.y, b.x, b.y, c.x, c.y, d.x, d.y}};
+  }
   /// A hull, mesh or compound of the world's scene, by the number that events show.
   static Shape stored(ShapeKind kind, std::int64_t number) {
     return {kind, {static_cast<double>(number)}};
@@ -125,6 +141,11 @@ struct Shape {
   double half_length_m() const { return parameters[1]; }
   /// Of an ellipsoid the semi-axes.
   Vec3 half_extents_m() const { return {parameters[0], parameters[1], parameters[2]}; }
+  /// Of a polygon: a triangle names its last corner twice.
+  std::size_t corner_count() const {
+    return parameters[4] == parameters[6] && parameters[5] == parameters[7] ? 3 : 4;
+  }
+  Vec2 corner_m(std::size_t k) const { return {parameters[2 * k], parameters[2 * k + 1]}; }
   friend bool operator==(const Shape&, const Shape&) = default;
 };
 
@@ -139,7 +160,8 @@ struct BodySpec {
   BodyKind kind = BodyKind::dynamic;
   Shape shape;
   double mass_kg = 0;           ///< kg; 0: from the density
-  double density_kgpm3 = 1000;  ///< kg/m^3, used if mass_kg is 0; a compound's parts have their own
+  double density_kgpm3 = 1000;  ///< kg/m^3, used if mass_kg is 0; a compound's parts have their
+                                ///< own. In planar worlds bodies are 1 m deep, boxes as they say.
   /// J_xx, J_yy, J_zz of the inertia tensor about Bcm along the axes of B; 0: from the shape, and
   /// scaled with the mass.
   Vec3 inertia_kgm2;

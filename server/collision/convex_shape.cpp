@@ -44,6 +44,21 @@ Eigen::Vector2d rim(double r, const Vector& d) {
 
 }  // namespace
 
+bool has_inside(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::box:
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+    case ShapeKind::ellipsoid:
+    case ShapeKind::hull:
+      return true;
+    default:
+      return false;
+  }
+}
+
 ConvexShape::ConvexShape(const Collider& collider) : kind(collider.shape.kind) {
   const Shape& shape = collider.shape;
   size = to_eigen(shape.half_extents_m());

@@ -9,6 +9,9 @@
 
 namespace cradle {
 
+/// The kinds that a ConvexShape stands for; a hull has to come with its geometry.
+bool has_inside(ShapeKind kind);
+
 struct ConvexShape {
   ShapeKind kind = ShapeKind::none;
   Vector size = Vector::Zero();  ///< half extents or semi-axes; or radius, half length

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/collision/convex_shape.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
@@ -12,21 +13,6 @@ namespace {
 bool is_closed_form(ShapeKind A, ShapeKind B) {
   if (A == ShapeKind::sphere) return B != ShapeKind::ellipsoid && B != ShapeKind::hull;
   return A == ShapeKind::capsule && B == ShapeKind::capsule;
-}
-
-bool has_inside(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::sphere:
-    case ShapeKind::box:
-    case ShapeKind::capsule:
-    case ShapeKind::cylinder:
-    case ShapeKind::cone:
-    case ShapeKind::ellipsoid:
-    case ShapeKind::hull:
-      return true;
-    default:
-      return false;
-  }
 }
 
 }  // namespace

@@ -52,19 +52,8 @@ constexpr double kToleranceShare = 0.5;  // of the gap; less makes more iteratio
 constexpr double kDeeperShare = 0.25;  // so that two ticks of it are far from the middle of a wall
 
 bool is_convex(const Collider& collider) {
-  switch (collider.shape.kind) {
-    case ShapeKind::sphere:
-    case ShapeKind::box:
-    case ShapeKind::capsule:
-    case ShapeKind::cylinder:
-    case ShapeKind::cone:
-    case ShapeKind::ellipsoid:
-      return true;
-    case ShapeKind::hull:
-      return collider.hull() != nullptr;
-    default:
-      return false;
-  }
+  const ShapeKind kind = collider.shape.kind;
+  return has_inside(kind) && (kind != ShapeKind::hull || collider.hull() != nullptr);
 }
 
 const Compound* compound_of(const Collider& collider) {

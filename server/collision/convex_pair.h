@@ -47,10 +47,10 @@ inline double core_overlap(const ConvexPair& pair, const Vector& n, SupportHints
 }
 
 /// Up to three corners from which the search for closest points begins, and where it ended: the
-/// next search nearby begins there. Empty at
-/// first.
+/// next search nearby begins there. Empty at first. Four where a tetrahedron was found to hold the
+/// origin.
 struct Simplex {
-  std::array<Difference, 3> corners;
+  std::array<Difference, 4> corners;
   std::size_t count = 0;
   double gap = 1e-10;  ///< how well the squared distance is to be known, relative
 };

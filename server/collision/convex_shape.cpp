@@ -1,26 +1,39 @@
-// Support points of the convex shapes in closed form; of hulls by climbing from vertex to vertex.
+// Support points of the convex shapes in closed form; of hulls from few candidates, or by climbing
+// from vertex to vertex.
 #include "server/collision/convex_shape.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/direction_grid.h"
 namespace cradle {
 namespace {
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// Hulls up to this size are searched from end to end: that is as quick, and never stops short.
-constexpr std::size_t kSearchedWhole = 16;
-
-Vector support_of_hull(const ConvexHull& hull, const Vector& d, std::int32_t& hint) {
-  double best = d.dot(hull.vertices[index(hint)]);
-  if (hull.vertices.size() <= kSearchedWhole) {
-    for (std::size_t v = 0; v < hull.vertices.size(); ++v) {
-      const double reach = d.dot(hull.vertices[v]);
-      if (reach > best) best = reach, hint = static_cast<std::int32_t>(v);
-    }
-    return hull.vertices[index(hint)];
+const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int32_t& hint) {
+  if (!hull.likely.empty()) {
+    const std::size_t cell = DirectionGrid::cell(d);
+    const std::uint16_t* v = hull.likely.data() + hull.likely_first[cell];
+    const std::uint16_t* const end = hull.likely.data() + hull.likely_first[cell + 1];
+    const Vector* const vertices = hull.vertices.data();
+    std::uint16_t farthest = *v;
+    double most = d.dot(vertices[farthest]);
+    do {
+      const double r0 = d.dot(vertices[v[0]]), r1 = d.dot(vertices[v[1]]);
+      const double r2 = d.dot(vertices[v[2]]), r3 = d.dot(vertices[v[3]]);
+      const double r01 = std::max(r0, r1), r23 = std::max(r2, r3);
+      const std::uint16_t v01 = r1 > r0 ? v[1] : v[0], v23 = r3 > r2 ? v[3] : v[2];
+      const double r = std::max(r01, r23);
+      const std::uint16_t best_of_four = r23 > r01 ? v23 : v01;
+      farthest = r > most ? best_of_four : farthest;
+      most = std::max(r, most);
+      v += 4;
+    } while (v != end);
+    hint = farthest;
+    return vertices[farthest];
   }
+  double best = d.dot(hull.vertices[index(hint)]);
   // Uphill from vertex to vertex: on a convex surface a summit is the highest point.
   for (std::int32_t from = -1; from != hint;) {
     from = hint;

@@ -166,7 +166,13 @@ Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, do
     // Where v . w > 0, a plane across v parts M from the origin.
     const bool is_outside = v_w > kRounding * largest * distance;
     Foot next_foot;
-    if (!foot_on(s, is_outside, next_foot)) return {};
+    if (!foot_on(s, is_outside, next_foot)) {
+      for (std::size_t i = 0; i < s.count; ++i) {
+        simplex.corners[i] = {s.corners[i].w + shift, s.corners[i].a};
+      }
+      simplex.count = s.count;
+      return {};
+    }
     const double next_distance2 = next_foot.v.squaredNorm();
     if (!(next_distance2 < distance2)) {
       s = before;

@@ -1,14 +1,17 @@
 // What collision wants to know of a hull: planes, who is next to whom, and a ball inside.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
+#include "server/collision/direction_grid.h"
 #include "server/collision/stored_geometry.h"
 
 namespace cradle {
 namespace {
 
-constexpr std::size_t kWidest = 256;  // faces tried first as the side to leave by
+constexpr std::size_t kWidest = 256;   // faces tried first as the side to leave by
+constexpr std::size_t kLikely = 4096;  // vertices: beyond, cells would hold too many of them
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
@@ -69,9 +72,53 @@ void add_neighbours(ConvexHull& hull) {
   for (const std::int32_t k : hull.around) hull.neighbours.push_back(next[index(k)]);
 }
 
+/// Leaves the vertices that no other one surpasses everywhere within the angle with the sine `sine`
+/// about the unit vector `d`.
+void keep_likely(const ConvexHull& hull, const Vector& d, double sine,
+                 std::vector<std::uint16_t>& vertices) {
+  const auto is_surpassed = [&](std::uint16_t v, std::uint16_t by) {
+    const Vector lead = hull.vertices[by] - hull.vertices[v];
+    return lead.dot(d) > sine * lead.norm();
+  };
+  const std::uint16_t farthest =
+      *std::max_element(vertices.begin(), vertices.end(), [&](std::uint16_t a, std::uint16_t b) {
+        return hull.vertices[a].dot(d) < hull.vertices[b].dot(d);
+      });
+  std::erase_if(vertices, [&](std::uint16_t v) { return is_surpassed(v, farthest); });
+  const std::vector<std::uint16_t> all = vertices;
+  std::erase_if(vertices, [&](std::uint16_t v) {
+    return std::ranges::any_of(all, [&](std::uint16_t by) { return is_surpassed(v, by); });
+  });
+}
+
+void add_likely(ConvexHull& hull) {
+  if (hull.vertices.size() > kLikely) return;
+  hull.likely_first.push_back(0);
+  for (std::size_t cell = 0; cell < DirectionGrid::kCells; ++cell) {
+    const auto corners = DirectionGrid::corners(cell);
+    const Vector middle = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
+    double cosine = 1;
+    for (const Vector& corner : corners) cosine = std::min(cosine, corner.dot(middle));
+    constexpr double kRounding = 1e-9;
+    const double sine = std::sqrt(1 - cosine * cosine) + kRounding;
+    std::vector<std::uint16_t> vertices(hull.vertices.size());
+    std::iota(vertices.begin(), vertices.end(), std::uint16_t{0});
+    keep_likely(hull, middle, sine, vertices);
+    vertices.resize((vertices.size() + 3) / 4 * 4, vertices.front());
+    if (hull.likely.size() + vertices.size() > std::numeric_limits<std::uint16_t>::max()) {
+      hull.likely.clear();
+      hull.likely_first.clear();
+      return;
+    }
+    hull.likely.insert(hull.likely.end(), vertices.begin(), vertices.end());
+    hull.likely_first.push_back(static_cast<std::uint16_t>(hull.likely.size()));
+  }
+}
+
 }  // namespace
 
 void complete(ConvexHull& hull) {
+  add_likely(hull);
   add_planes(hull);
   add_neighbours(hull);
   Vector sum = Vector::Zero();

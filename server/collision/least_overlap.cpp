@@ -26,6 +26,7 @@
 #include <cmath>
 
 #include "server/collision/best_face.h"
+#include "server/collision/expanding_polytope.h"
 
 namespace cradle {
 namespace {
@@ -216,7 +217,75 @@ ConvexPair::ConvexPair(const Collider& collider_A, const Collider& collider_B)
       t(collider_A.X_WB.R.transpose() * (collider_B.X_WB.x - collider_A.X_WB.x)),
       centre(t + R * B.centre - A.centre) {}
 
+namespace {
+
+bool is_polytope(const ConvexShape& shape) {
+  return shape.kind == ShapeKind::box || shape.kind == ShapeKind::hull;
+}
+
+constexpr double kSure_m = 1e-11;
+constexpr double kKissing_m = 1e-8;
+
+/// Some tetrahedron in M, as wide as may be.
+bool begin_anywhere(const ConvexPair& pair, SupportHints& hints, ExpandingPolytope& polytope) {
+  std::array<Difference, 4> corners;
+  const auto farther = [&](const Vector& d) {
+    const Difference one = support(pair, d, hints), other = support(pair, -d, hints);
+    const double middle = d.dot(corners[0].w);
+    return d.dot(one.w) - middle >= middle - d.dot(other.w) ? one : other;
+  };
+  corners[0] = support(pair, Vector::UnitX(), hints);
+  corners[1] = support(pair, -Vector::UnitX(), hints);
+  const Vector along = corners[1].w - corners[0].w;
+  corners[2] = farther(
+      along.cross(std::abs(along.y()) < std::abs(along.z()) ? Vector::UnitY() : Vector::UnitZ()));
+  corners[3] = farther(along.cross(corners[2].w - corners[0].w));
+  return polytope.begin(corners);
+}
+
+/// False if rounding got in the way.
+bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportHints& hints,
+                        LeastOverlap& best) {
+  ExpandingPolytope polytope;
+  const bool has_begun = simplex.count == 4 && polytope.begin(simplex.corners);
+  if (!has_begun && !begin_anywhere(pair, hints, polytope)) return false;
+  best = {true, Vector::Zero(), kInfinity, Vector::Zero()};
+  for (;;) {
+    const int f = polytope.nearest(best.overlap - kSure_m);
+    if (f < 0) return true;
+    const ExpandingPolytope::Face& face = polytope.face(f);
+    const Difference next = support(pair, face.n, hints);
+    const double overlap = face.n.dot(next.w);
+    const bool is_surface = overlap - face.distance <= kSure_m;
+    if (overlap < best.overlap) {
+      best.n = face.n;
+      best.overlap = overlap;
+      best.p_A = is_surface ? polytope.foot_on_A(face) : next.a;
+    }
+    if (is_surface) {
+      polytope.close(f);
+    } else if (!polytope.expand(f, next)) {
+      return false;
+    }
+  }
+}
+
+}  // namespace
+
 LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints) {
+  if (is_polytope(pair.A) && is_polytope(pair.B)) {
+    Simplex simplex;
+    const double length = pair.centre.norm();
+    const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
+    const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
+    if (found.kind == Closest::Kind::beyond_limit) return {};
+    // Of those that kiss, the closest points tell no direction.
+    if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
+      return {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
+    }
+    LeastOverlap best;
+    if (least_by_expanding(pair, simplex, hints, best)) return best;
+  }
   const FaceDirection face = best_face(pair, hints);
   if (-face.overlap > limit) return {};
   const double small = pair.small_length();

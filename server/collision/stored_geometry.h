@@ -46,8 +46,12 @@ struct ConvexHull {
   std::vector<std::int32_t> around, around_first;
   std::vector<std::int32_t> neighbours;  ///< of v: the next corner, for each of `around`
   std::vector<std::int32_t> widest;      ///< the faces with most area, largest first, at most 256
-  Vector centre = Vector::Zero();        ///< m, mean of the vertices
-  double inner_radius = 0;               ///< m, of a ball about `centre` that the hull holds
+  /// Vertices that may be farthest along a direction of cell c of a DirectionGrid:
+  /// likely[likely_first[c] .. likely_first[c + 1]-1], by fours, so some come twice. Empty for
+  /// hulls of very many vertices.
+  std::vector<std::uint16_t> likely, likely_first;
+  Vector centre = Vector::Zero();  ///< m, mean of the vertices
+  double inner_radius = 0;         ///< m, of a ball about `centre` that the hull holds
 
   std::size_t face_count() const { return first.size() - 1; }
   std::span<const std::int32_t> face(std::size_t f) const {

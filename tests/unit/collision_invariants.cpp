@@ -126,29 +126,32 @@ TEST_CASE("where bodies overlap a little, no direction at all overlaps less") {
   CHECK(beaten <= others / 10000);  // another local minimum
 }
 
-TEST_CASE("the normal of two polytopes is the best of all axes, but at some corners") {
-  // Where an edge or corner was pushed in, many faces are nearly as good, each a minimum of its
-  // own.
+TEST_CASE("the normal of two polytopes is the best of all axes") {
   Random random(6);
-  int contacts = 0, beaten = 0;
-  for (int trial = 0; trial < 1000; ++trial) {
-    CAPTURE(trial);
-    const ShapeKind kind_A = trial % 2 == 0 ? ShapeKind::box : ShapeKind::hull;
-    Pair pair = random.pair(kind_A, ShapeKind::hull);
-    const Vector n = pair.collide(10).normal_W;
-    const double thickness = overlap({pair.A, pair.B, {}, {}}, Vector::UnitZ());
-    pair.X_WB.x += n * (overlap(pair, n) - 0.01 * thickness * random.uniform(0, 1));
-    const Manifold manifold = pair.collide(0.02);
-    if (manifold.count == 0) continue;
-    const double along_normal = overlap(pair, manifold.normal_W);
-    const double least = least_overlap_of_polytopes(pair);
-    ++contacts;
-    beaten += along_normal - least > kExact;
-    REQUIRE((along_normal < kExact || least > -kExact));  // what is told to overlap does
+  for (const ShapeKind kind_A : {ShapeKind::box, ShapeKind::hull}) {
+    int contacts = 0;
+    for (int trial = 0; trial < 1500; ++trial) {
+      CAPTURE(word_of(kind_A), trial);
+      Pair pair = random.pair(kind_A, ShapeKind::hull);
+      if (trial % 4 != 0) {  // else as deep as it happens to be
+        const Vector n = pair.collide(10).normal_W;
+        const double thickness = overlap({pair.A, pair.B, {}, {}}, Vector::UnitZ());
+        const double share = 0.01 * std::pow(random.uniform(0, 1), trial % 4);
+        pair.X_WB.x += n * (overlap(pair, n) - share * thickness);
+      }
+      const Manifold manifold = pair.collide(0.02);
+      if (manifold.count == 0) continue;
+      ++contacts;
+      const double along_normal = overlap(pair, manifold.normal_W);
+      const double least = least_overlap_of_polytopes(pair);
+      if (least > 0) {
+        REQUIRE(along_normal - least <= kExact);
+      } else {
+        REQUIRE(along_normal < kExact);  // what is apart is not told to overlap
+      }
+    }
+    CHECK(contacts > 1000);
   }
-  CAPTURE(beaten, contacts);
-  CHECK(contacts > 900);
-  CHECK(beaten < contacts / 10);
 }
 
 TEST_CASE("the overlap of two boxes exceeds the least of the 15 axes by the leads alone") {

@@ -1,0 +1,58 @@
+/// A polytope inside M, the set of all a - b, that grows toward the part of M's surface nearest to
+/// the origin. Private to this folder.
+#pragma once
+
+#include "server/collision/convex_pair.h"
+
+namespace cradle {
+
+class ExpandingPolytope {
+ public:
+  static constexpr std::size_t kCornersMax = 48;
+
+  struct Face {
+    Vector n;         ///< unit, outward
+    double distance;  ///< of its plane from the origin along n; negative: the origin is outside
+    std::array<std::uint8_t, 3> corners;  ///< counter-clockwise as seen from outside
+    std::array<std::uint8_t, 3> across;   ///< the face beyond the edge from corner k to the next
+  };
+
+  /// False if the tetrahedron of the corners is flat.
+  bool begin(const std::array<Difference, 4>& corners);
+
+  /// The face whose plane is nearest to the origin, of those nearer than `bound`; -1: none.
+  int nearest(double bound) const;
+  const Face& face(int f) const { return faces_[static_cast<std::size_t>(f)]; }
+
+  /// The face is not to be found again: it lies in M's surface.
+  void close(int f) { open_[static_cast<std::size_t>(f)] = kClosed; }
+
+  /// Takes in a corner that is beyond the face. False if there is no room for it, or if rounding
+  /// makes a face of it flat; then the polytope is of no more use.
+  bool expand(int f, const Difference& corner);
+
+  /// The point of A at the foot of the origin on the face; clamped to the face.
+  Vector foot_on_A(const Face& face) const;
+  const Difference& corner(std::uint8_t k) const { return corners_[k]; }
+
+ private:
+  static constexpr std::size_t kFacesMax = 4 * kCornersMax;  // in all, removed ones among them
+  static constexpr double kClosed = std::numeric_limits<double>::infinity();
+
+  struct Edge {
+    std::uint8_t face, side;  // of the face that stays
+  };
+
+  bool make_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);
+  void join(std::uint8_t f, std::uint8_t side, std::uint8_t g, std::uint8_t other_side) {
+    faces_[f].across[side] = g;
+    faces_[g].across[other_side] = f;
+  }
+
+  std::array<Difference, kCornersMax> corners_;
+  std::array<Face, kFacesMax> faces_;
+  std::array<double, kFacesMax> open_;  ///< the distance, or kClosed
+  std::size_t corner_count_ = 0, face_count_ = 0;
+};
+
+}  // namespace cradle

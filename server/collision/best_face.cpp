@@ -8,7 +8,8 @@
 // A face is certainly best if the deepest point behind it, at the depth d, lies r >= d inside its
 // sides. For then a disc of radius r around p = d n lies in a face of M, the set of all a - b, and
 // along any m at an angle w to n the overlap is at least d cos w + r sin w, no less than d for all
-// w up to 90 degrees. (Beyond lies the far side, which is farther but for plates thinner than 2 d.)
+// w up to 90 degrees, and beyond for those with tan((180 - w) / 2) >= d / r. For the rest the balls
+// inside the shapes must vouch: M holds one of their radii together, about its centre.
 #include "server/collision/best_face.h"
 
 #include <array>
@@ -206,7 +207,15 @@ bool is_best(const ConvexPair& pair, const FaceDirection& face) {
                             ? inside_face(pair.A, face.n, face.face, face.deepest)
                             : inside_face(pair.B, -(pair.R.transpose() * face.n), face.face,
                                           pair.R.transpose() * (face.deepest - pair.t));
-  return inside >= face.overlap;
+  const double d = face.overlap, r = inside;
+  if (!(r >= d)) return false;
+  // The ball's centre is `below` the disc's, as n goes, and `aside` of it.
+  const double below = face.n.dot(pair.centre);
+  const double aside2 = pair.centre.squaredNorm() - below * below;
+  const double reach = pair.A.inner_radius + pair.B.inner_radius;
+  const double sine = 2 * d * r, cosine = r * r - d * d, one = r * r + d * d;  // but for a factor
+  return below >= 0 &&
+         below * cosine + (reach - d) * one >= std::sqrt(std::max(0.0, aside2)) * sine;
 }
 
 }  // namespace cradle

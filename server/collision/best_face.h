@@ -22,7 +22,7 @@ struct FaceDirection : Direction {
 /// are compared, up to 256 each.
 FaceDirection best_face(const ConvexPair& pair, SupportHints& hints);
 
-/// Whether it is certainly the direction of least overlap, if the cores overlap at all.
+/// Whether the cores certainly overlap, and in that direction least.
 bool is_best(const ConvexPair& pair, const FaceDirection& face);
 
 }  // namespace cradle

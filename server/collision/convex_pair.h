@@ -51,6 +51,7 @@ inline double core_overlap(const ConvexPair& pair, const Vector& n, SupportHints
 /// origin.
 struct Simplex {
   std::array<Difference, 4> corners;
+  std::array<double, 3> weights;  ///< of the corners in the closest point, where it ended apart
   std::size_t count = 0;
   double gap = 1e-10;  ///< how well the squared distance is to be known, relative
 };

@@ -15,6 +15,7 @@ namespace {
 
 /// A sine: what is flatter has no normal to speak of.
 constexpr double kFlat = 1e-10;
+constexpr double kLevel = 1e-14;  // of the coordinates
 
 }  // namespace
 
@@ -65,6 +66,9 @@ bool ExpandingPolytope::expand(int from, const Difference& corner) {
   const auto added = static_cast<std::uint8_t>(corner_count_++);
   corners_[added] = corner;
 
+  // Faces that the corner is level with go too, else a flat one may take their place.
+  const double level = kLevel * corner.w.cwiseAbs().maxCoeff();
+
   // The faces that see the corner go; the edges around them, in order, are those of the hole.
   std::array<bool, kFacesMax> is_gone;
   std::fill_n(is_gone.begin(), face_count_, false);
@@ -95,7 +99,7 @@ bool ExpandingPolytope::expand(int from, const Difference& corner) {
                               : next.across[1] == f && next.corners[2] == faces_[f].corners[side]
                                   ? 1
                                   : 2;
-    if (next.n.dot(corner.w) > next.distance) {
+    if (next.n.dot(corner.w) > next.distance - level) {
       if (depth == stack.size()) return false;
       sides_left[depth] = 2;
       enter(g, static_cast<std::uint8_t>(back == 2 ? 0 : back + 1));

@@ -29,14 +29,14 @@ struct Corners {
 
 struct Foot {
   Vector v = Vector::Zero();
-  std::array<std::size_t, 3> corners{};
+  std::array<std::uint8_t, 3> corners{};
   std::array<double, 3> weights{};
-  std::size_t count = 0;
+  std::uint8_t count = 0;
 };
 
-Foot foot_on_corner(const Corners& s, std::size_t i) { return {s.corners[i].w, {i}, {1}, 1}; }
+Foot foot_on_corner(const Corners& s, std::uint8_t i) { return {s.corners[i].w, {i}, {1}, 1}; }
 
-Foot foot_on_edge(const Corners& s, std::size_t i, std::size_t j) {
+Foot foot_on_edge(const Corners& s, std::uint8_t i, std::uint8_t j) {
   const Vector &a = s.corners[i].w, &b = s.corners[j].w;
   const Vector ab = b - a;
   const double length2 = ab.squaredNorm();
@@ -47,7 +47,7 @@ Foot foot_on_edge(const Corners& s, std::size_t i, std::size_t j) {
   return {a + t * ab, {i, j}, {1 - t, t}, 2};
 }
 
-Foot foot_on_triangle(const Corners& s, std::size_t i, std::size_t j, std::size_t k) {
+Foot foot_on_triangle(const Corners& s, std::uint8_t i, std::uint8_t j, std::uint8_t k) {
   const Vector &a = s.corners[i].w, &b = s.corners[j].w, &c = s.corners[k].w;
   const Vector ab = b - a, ac = c - a;
   const double d1 = -ab.dot(a), d2 = -ac.dot(a);
@@ -76,25 +76,27 @@ Foot foot_on_triangle(const Corners& s, std::size_t i, std::size_t j, std::size_
   return {normal * (normal.dot(a) / area2), {i, j, k}, {w_a / sum, w_b / sum, w_c / sum}, 3};
 }
 
-/// The foot on a tetrahedron. False if the origin is inside; where it is known not to be, the
-/// nearest face is found though the tetrahedron be flat.
+/// The foot on a tetrahedron whose last corner is new: on a face with it. False if the origin is
+/// inside; where it is known not to be, the nearest face is found though the tetrahedron be flat.
 bool foot_on_tetrahedron(const Corners& s, bool is_outside, Foot& best) {
-  constexpr std::size_t kFaces[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
+  const Vector& d = s.corners[3].w;
+  const Vector a = s.corners[0].w - d, b = s.corners[1].w - d, c = s.corners[2].w - d;
+  const Vector ab = a.cross(b), bc = b.cross(c), ca = c.cross(a);
+  const double volume = -ab.dot(c);  // and the origin is at -d
+  const bool beyond_ab = !(ab.dot(d) * volume > 0), beyond_bc = !(bc.dot(d) * volume > 0),
+             beyond_ca = !(ca.dot(d) * volume > 0);
+  const bool try_all = !beyond_ab && !beyond_bc && !beyond_ca;
+  if (try_all && !is_outside) return false;
   double least = std::numeric_limits<double>::infinity();
-  const auto try_face = [&](std::size_t i, std::size_t j, std::size_t k) {
+  const auto try_face = [&](std::uint8_t i, std::uint8_t j, std::uint8_t k) {
     const Foot foot = foot_on_triangle(s, i, j, k);
     const double distance2 = foot.v.squaredNorm();
     if (distance2 < least) least = distance2, best = foot;
   };
-  for (const auto& [i, j, k, opposite] : kFaces) {
-    const Vector& a = s.corners[i].w;
-    const Vector normal = (s.corners[j].w - a).cross(s.corners[k].w - a);
-    const bool is_inner_side = -normal.dot(a) * normal.dot(s.corners[opposite].w - a) > 0;
-    if (!is_inner_side) try_face(i, j, k);
-  }
-  if (!std::isfinite(least) && is_outside) {
-    for (const auto& face : kFaces) try_face(face[0], face[1], face[2]);
-  }
+  if (beyond_ab || try_all) try_face(0, 1, 3);
+  if (beyond_bc || try_all) try_face(1, 2, 3);
+  if (beyond_ca || try_all) try_face(0, 2, 3);
+  if (try_all) try_face(0, 1, 2);
   return std::isfinite(least);
 }
 
@@ -161,7 +163,6 @@ Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, do
     largest = std::max(largest, next.w.cwiseAbs().maxCoeff());
     if (distance2 - v_w <= std::max(simplex.gap * distance2, kRounding * largest * distance)) break;
     if (has(s, next.w)) break;
-    const Corners before = s;
     s.corners[s.count++] = next;
     // Where v . w > 0, a plane across v parts M from the origin.
     const bool is_outside = v_w > kRounding * largest * distance;
@@ -175,7 +176,7 @@ Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, do
     }
     const double next_distance2 = next_foot.v.squaredNorm();
     if (!(next_distance2 < distance2)) {
-      s = before;
+      --s.count;
       break;
     }
     keep(s, next_foot);
@@ -186,6 +187,7 @@ Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, do
   found.n = foot.v / -found.distance;
   for (std::size_t i = 0; i < s.count; ++i) {
     found.p_A += foot.weights[i] * s.corners[i].a;
+    simplex.weights[i] = foot.weights[i];
     simplex.corners[i] = {s.corners[i].w + shift, s.corners[i].a};
   }
   simplex.count = s.count;

@@ -24,22 +24,29 @@
 // for polytopes and 0.5 .. 1.5 us for curved shapes.
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "server/collision/best_face.h"
 #include "server/collision/expanding_polytope.h"
+#include "server/collision/polish.h"
 
 namespace cradle {
 namespace {
 
 constexpr int kStepsMax = 32;
-constexpr double kStill = 1e-5;         // rad: a step so small ends the descent; the error is less
-constexpr double kShallowShare = 0.05;  // of a thickness: deeper overlaps are sought from two sides
+constexpr double kStill = 1e-5;  // rad: a step so small ends the descent; the error is less
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPartingShare = 0.15;  // of the way between the centres, for the second beginning
 
 constexpr double kDeepStill = 100;
+constexpr int kPolished = 3;
+constexpr double kSure_m = 1e-11;
 constexpr double kRough = 1e-2;  // rad: while steps are larger, closest points need not be exact
-constexpr double kRoughGap = 1e-4;
+constexpr double kRoughGap = 0.1;
+constexpr double kBeside = 20;
+constexpr int kSeekMax = 40;
+constexpr double kSeekShare = 1e-6;
+constexpr double kThrough = 1e-3;
+constexpr double kSameCosine = 0.965, kSameCosineAtEdges = 0.985;
 constexpr int kRoughSteps = 6;
 constexpr double kSlow = 0.3;  // of the last step: one that shrinks less is stretched
 
@@ -100,6 +107,12 @@ class Descent {
           closest(pair_, (best_.overlap + e) * best_.n, best_.n, kInfinity, simplex_, hints_);
       if (found.kind != Closest::Kind::apart) break;
       best_.p_A = found.p_A;
+      LeastOverlap polished;
+      if (step < kPolished && polish(pair_, found.n, simplex_, hints_, polished) &&
+          polished.overlap <= best_.overlap + kSure_m) {
+        best_ = polished;
+        break;
+      }
       const Vector begin_n = best_.n;
       const double turn = (found.n - begin_n).norm();
       const bool is_lower = take_if_lower(found.n);
@@ -146,66 +159,9 @@ class Descent {
   LeastOverlap best_;
 };
 
-LeastOverlap descend(const ConvexPair& pair, const Direction& from, Simplex& simplex,
-                     SupportHints& hints) {
+LeastOverlap descend(const ConvexPair& pair, const Direction& from, SupportHints& hints) {
+  Simplex simplex;
   return Descent(pair, simplex, hints).from(from);
-}
-
-/// A direction for the second beginning: good where edges cross, which no face tells.
-Direction parting(const ConvexPair& pair, Simplex& simplex, SupportHints& hints) {
-  const double distance = pair.centre.norm();
-  if (!(distance > pair.small_length())) return {};
-  const Vector along = pair.centre / distance;
-  const double gap = simplex.gap;
-  simplex.gap = kRoughGap;
-  const Closest found =
-      closest(pair, kPartingShare * pair.centre, along, kInfinity, simplex, hints);
-  simplex.gap = gap;
-  const Vector n = found.kind == Closest::Kind::apart ? found.n : along;
-  return {n, core_overlap(pair, n, hints)};
-}
-
-/// Whether the cores certainly overlap: M holds its point p = overlap n and a ball about its own
-/// centre, so all between them, and there the origin may be.
-bool is_certain(const ConvexPair& pair, const LeastOverlap& found) {
-  const double radius = pair.A.inner_radius + pair.B.inner_radius;
-  const Vector to_ball = -pair.centre - found.overlap * found.n;  // from p
-  const double length2 = to_ball.squaredNorm();
-  const double down = -found.n.dot(to_ball);  // along the way from p to the origin
-  // The origin is on p's side of the ball's middle, and within the cone from p that touches the
-  // ball.
-  return found.overlap > 0 && found.overlap < down && length2 > radius * radius &&
-         down * down > length2 - radius * radius;
-}
-
-LeastOverlap least_overlap_of_close(const ConvexPair& pair, const FaceDirection& face, double limit,
-                                    SupportHints& hints) {
-  if (is_best(pair, face)) {
-    const bool of_A = face.face_of == FaceDirection::Of::A;
-    const LeastOverlap best{true, face.n, face.overlap,
-                            of_A ? Vector(face.deepest + face.overlap * face.n) : face.deepest};
-    if (is_certain(pair, best)) return best;
-  }
-  Simplex parted, from_face;
-  const Direction part = parting(pair, parted, hints);
-  const bool part_first = part.overlap < face.overlap;
-  LeastOverlap best =
-      part_first ? descend(pair, part, parted, hints) : descend(pair, face, from_face, hints);
-  if (!is_certain(pair, best)) {
-    Simplex simplex;
-    const Closest found = closest(pair, Vector::Zero(), best.n, limit, simplex, hints);
-    if (found.kind == Closest::Kind::beyond_limit) return {};
-    if (found.kind == Closest::Kind::apart) {
-      const Direction n{found.n, core_overlap(pair, found.n, hints)};
-      if (found.distance > pair.small_length()) return {true, n.n, n.overlap, found.p_A};
-      return descend(pair, n, simplex, hints);
-    }
-  }
-  const double deep = kShallowShare * std::min(pair.A.thickness, pair.B.thickness);
-  if (best.overlap < deep || !std::isfinite(part.overlap)) return best;
-  const LeastOverlap other =
-      part_first ? descend(pair, face, from_face, hints) : descend(pair, part, parted, hints);
-  return other.overlap < best.overlap ? other : best;
 }
 
 }  // namespace
@@ -223,7 +179,6 @@ bool is_polytope(const ConvexShape& shape) {
   return shape.kind == ShapeKind::box || shape.kind == ShapeKind::hull;
 }
 
-constexpr double kSure_m = 1e-11;
 constexpr double kKissing_m = 1e-8;
 
 /// Some tetrahedron in M, as wide as may be.
@@ -272,32 +227,131 @@ bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportH
 
 }  // namespace
 
-LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints) {
-  if (is_polytope(pair.A) && is_polytope(pair.B)) {
-    Simplex simplex;
-    const double length = pair.centre.norm();
-    const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
-    const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
-    if (found.kind == Closest::Kind::beyond_limit) return {};
-    // Of those that kiss, the closest points tell no direction.
-    if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
-      return {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
-    }
-    LeastOverlap best;
-    if (least_by_expanding(pair, simplex, hints, best)) return best;
+namespace {
+
+LeastOverlap of_polytopes(const ConvexPair& pair, double limit, SupportHints& hints) {
+  Simplex simplex;
+  const double length = pair.centre.norm();
+  const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
+  const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
+  if (found.kind == Closest::Kind::beyond_limit) return {};
+  // Of those that kiss, the closest points tell no direction.
+  if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
+    return {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
   }
+  LeastOverlap best;
+  if (least_by_expanding(pair, simplex, hints, best)) return best;
+  return descend(pair, best_face(pair, hints), hints);
+}
+
+/// The local minimum that closest points lead to from a direction, with the corners that it is
+/// between; not found where rounding or flat parts are in the way.
+bool find_near(const ConvexPair& pair, const Direction& from, double limit, Simplex& simplex,
+               SupportHints& hints, LeastOverlap& least) {
+  simplex.gap = kRoughGap;
+  const double out = from.overlap > 0 ? from.overlap + kBeside * pair.small_length() : 0;
+  const Closest found =
+      closest(pair, out * from.n, from.n, out > 0 ? kInfinity : limit, simplex, hints);
+  if (found.kind == Closest::Kind::beyond_limit) {
+    least = {};
+    return true;
+  }
+  return found.kind == Closest::Kind::apart && polish(pair, found.n, simplex, hints, least) &&
+         least.overlap <= from.overlap + kSure_m;
+}
+
+/// A polytope about the local minimum at n, which is between the corners of the simplex.
+bool begin_at(const ConvexPair& pair, const Vector& n, const Simplex& simplex, SupportHints& hints,
+              ExpandingPolytope& polytope) {
+  std::array<Difference, 4> corners = simplex.corners;
+  if (simplex.count == 3) {
+    corners[3] = support(pair, -n, hints);
+    return polytope.begin(corners);
+  }
+  for (const double aside : {0.45, 2.0}) {
+    if (simplex.count == 2) {
+      const Vector e = aside * n.cross(corners[1].w - corners[0].w).normalized();
+      corners[2] = support(pair, n + e, hints);
+      corners[3] = support(pair, n - e, hints);
+    } else {
+      const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
+      const Vector e = aside * helper.cross(n).normalized(), f = n.cross(e);
+      constexpr double kRoot = std::numbers::sqrt3 / 2;
+      if (simplex.count == 0) corners[0] = support(pair, n, hints);
+      corners[1] = support(pair, n + e, hints);
+      corners[2] = support(pair, n + (-0.5 * e + kRoot * f), hints);
+      corners[3] = support(pair, n + (-0.5 * e - kRoot * f), hints);
+    }
+    if (polytope.begin(corners)) return true;
+  }
+  return false;
+}
+
+/// Looks whether another minimum is lower.
+void seek_lower(const ConvexPair& pair, const Simplex& simplex, SupportHints& hints,
+                LeastOverlap& best) {
+  ExpandingPolytope polytope;
+  if (!begin_at(pair, best.n, simplex, hints, polytope) && !begin_anywhere(pair, hints, polytope)) {
+    return;
+  }
+  const bool is_smooth = pair.A.kind == ShapeKind::ellipsoid || pair.B.kind == ShapeKind::ellipsoid;
+  const double same_cosine = is_smooth ? kSameCosine : kSameCosineAtEdges;
+  bool has_begun_anew = false;
+  for (int step = 0; step < kSeekMax; ++step) {
+    const int nearest = polytope.nearest(best.overlap * (1 - kSeekShare) - kSure_m);
+    if (nearest < 0) return;
+    const ExpandingPolytope::Face& face = polytope.face(nearest);
+    const Difference next = support(pair, face.n, hints);
+    const double overlap = face.n.dot(next.w);
+    if (overlap < best.overlap * (1 - kSeekShare) - kSure_m) {
+      const LeastOverlap other = descend(pair, {face.n, overlap}, hints);
+      if (other.overlap < best.overlap) best = other;
+    }
+    const double cosine = face.n.dot(best.n);
+    const bool is_around_best =
+        cosine > same_cosine && face.distance > (cosine - kThrough) * best.overlap - kSure_m;
+    if (is_around_best || overlap - face.distance <= kSure_m) {
+      polytope.close(nearest);
+    } else if (!polytope.expand(nearest, next)) {
+      if (has_begun_anew || !begin_anywhere(pair, hints, polytope)) return;
+      has_begun_anew = true;
+    }
+  }
+}
+
+LeastOverlap of_curved(const ConvexPair& pair, double limit, SupportHints& hints) {
   const FaceDirection face = best_face(pair, hints);
   if (-face.overlap > limit) return {};
-  const double small = pair.small_length();
-  if (face.overlap < -small || pair.radii() > 0) {  // the cores are apart, or probably
+  if (is_best(pair, face)) {
+    const bool of_A = face.face_of == FaceDirection::Of::A;
+    return {true, face.n, face.overlap,
+            of_A ? Vector(face.deepest + face.overlap * face.n) : face.deepest};
+  }
+  LeastOverlap best;
+  Simplex corners;
+  if (!find_near(pair, face, limit, corners, hints, best)) {
+    corners.count = 0;
     Simplex simplex;
     const Closest found = closest(pair, Vector::Zero(), face.n, limit, simplex, hints);
     if (found.kind == Closest::Kind::beyond_limit) return {};
-    if (found.kind == Closest::Kind::apart && found.distance > small) {
-      return {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
+    Direction from = face;
+    if (found.kind == Closest::Kind::apart) {
+      const Direction n{found.n, core_overlap(pair, found.n, hints)};
+      if (found.distance > pair.small_length()) return {true, n.n, n.overlap, found.p_A};
+      if (n.overlap < from.overlap) from = n;  // else they kiss, and n is noise
     }
+    best = descend(pair, from, hints);
   }
-  return least_overlap_of_close(pair, face, limit, hints);
+  if (best.is_within_limit && best.overlap > 0) seek_lower(pair, corners, hints, best);
+  if (-best.overlap > limit) best.is_within_limit = false;
+  return best;
+}
+
+}  // namespace
+
+LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints) {
+  return is_polytope(pair.A) && is_polytope(pair.B) ? of_polytopes(pair, limit, hints)
+                                                    : of_curved(pair, limit, hints);
 }
 
 }  // namespace cradle

@@ -44,11 +44,12 @@ struct EdgeAxis {
 
 /// `t`: the other centre; `reach`: what both boxes have along the axes.
 FaceAxis best_face(const Vector& t, const Vector& reach) {
-  const Vector s = t.cwiseAbs() - reach;
-  FaceAxis best;
-  best.s = s.maxCoeff(&best.axis);
-  const int i = best.axis;
-  best.next = std::max({s[(i + 1) % 3], s[(i + 2) % 3], best.s - 2 * std::abs(t[i])});
+  const double x = std::abs(t.x()) - reach.x(), y = std::abs(t.y()) - reach.y(),
+               z = std::abs(t.z()) - reach.z();
+  FaceAxis best{x, 0, std::max(y, z)};
+  if (y > best.s) best = {y, 1, std::max(x, z)};
+  if (z > best.s) best = {z, 2, std::max(x, y)};
+  best.next = std::max(best.next, best.s - 2 * std::abs(t[best.axis]));
   return best;
 }
 
@@ -58,33 +59,49 @@ FaceAxis best_face_of_B(const Boxes& b) {
   return best_face(b.C.transpose() * b.t, b.h_B + b.abs_C.transpose() * b.h_A);
 }
 
-/// The best of the axes a_i x b_j. With l their length, s |s| / l^2 sorts them as s / l does, and
-/// takes no roots. If all edges are parallel, s is -infinity.
-EdgeAxis best_edge_axis(const Boxes& b) {
+/// The axes a_i x b_j. With l their length, s |s| / l^2 sorts them as s / l does, and takes no
+/// roots; nor quotients, as fractions are compared crosswise.
+struct EdgeSearch {
+  const Boxes& b;
   EdgeAxis best;
-  double best_square = -kInfinity;
-  for (int i = 0; i < 3; ++i) {
-    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
-    for (int j = 0; j < 3; ++j) {
-      const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-      const double y = b.C(i1, j), z = b.C(i2, j);
-      const double length2 = y * y + z * z;
-      constexpr double kSoonCounts = 0.8;
-      if (length2 < kSoonCounts * kTolerances.parallel_sine2) continue;
-      const double s = std::abs(b.t[i2] * y - b.t[i1] * z) - b.h_A[i1] * std::abs(z) -
-                       b.h_A[i2] * std::abs(y) - b.h_B[j1] * b.abs_C(i, j2) -
-                       b.h_B[j2] * b.abs_C(i, j1);
-      if (length2 < kTolerances.parallel_sine2) {
-        best.next = std::max(best.next, s / std::sqrt(length2));
-        continue;
-      }
-      const double square = s * std::abs(s) / length2;
-      if (square > best_square) best_square = square, best.i = i, best.j = j;
+  double square = -1, length2 = 0;  // s |s| and l^2 of the best: at first -infinity
+
+  template <int i, int j>
+  void try_edges() {
+    constexpr int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    const double y = b.C(i1, j), z = b.C(i2, j);
+    const double l2 = y * y + z * z;
+    constexpr double kSoonCounts = 0.8;
+    if (l2 < kSoonCounts * kTolerances.parallel_sine2) return;
+    const double s = std::abs(b.t[i2] * y - b.t[i1] * z) - b.h_A[i1] * b.abs_C(i2, j) -
+                     b.h_A[i2] * b.abs_C(i1, j) - b.h_B[j1] * b.abs_C(i, j2) -
+                     b.h_B[j2] * b.abs_C(i, j1);
+    if (l2 < kTolerances.parallel_sine2) {
+      best.next = std::max(best.next, s / std::sqrt(l2));
+      return;
     }
+    const double s2 = s * std::abs(s);
+    if (s2 * length2 > square * l2) square = s2, length2 = l2, best.i = i, best.j = j;
   }
-  const double root = std::sqrt(std::abs(best_square));
-  best.s = best_square < 0 ? -root : root;
-  return best;
+  template <int i>
+  void try_all() {
+    try_edges<i, 0>();
+    try_edges<i, 1>();
+    try_edges<i, 2>();
+  }
+};
+
+/// If all edges are parallel, s is -infinity.
+EdgeAxis best_edge_axis(const Boxes& b) {
+  EdgeSearch search{b, {}};
+  search.try_all<0>();
+  search.try_all<1>();
+  search.try_all<2>();
+  if (search.length2 > 0) {
+    const double root = std::sqrt(std::abs(search.square) / search.length2);
+    search.best.s = search.square < 0 ? -root : root;
+  }
+  return search.best;
 }
 
 /// An edge of a box: the one along `axis` that lies farthest in the direction `d`.
@@ -177,9 +194,13 @@ Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
   const double bias = scale * kTolerances.reference_bias_m;
   const bool on_A = face_B.s <= face_A.s + bias;
   const auto meet_faces = [&] {
-    const PosedBox A{boxes.h_A, X_WA}, B{boxes.h_B, X_WB};
-    return on_A ? clip_faces(A, B, face_A.axis, 0, margin, slack)
-                : clip_faces(B, A, face_B.axis, 1, margin, slack);
+    if (on_A) {
+      return clip_faces({boxes.h_A, boxes.h_B, boxes.C, boxes.t, X_WA}, face_A.axis, 0, margin,
+                        slack);
+    }
+    const Matrix C = boxes.C.transpose();
+    return clip_faces({boxes.h_B, boxes.h_A, C, -(C * boxes.t), X_WB}, face_B.axis, 1, margin,
+                      slack);
   };
   const auto meet_best_edges = [&] {
     return edge.s > -kInfinity ? meet_edges(boxes, edge, X_WA, slack) : Manifold{};

@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <span>
 
@@ -58,86 +59,100 @@ struct Candidates {
 };
 
 struct ReferenceFace {
-  Vector origin_W;
-  Matrix axes_W;  // columns: x and y along the face, z out of it
-  double half_x = 0, half_y = 0;
-  std::uint32_t number = 0;                      // 0 .. 5: twice the axis, plus 1 on its upper side
-  std::array<std::uint32_t, kSides> side_bit{};  // of the sides x+, x-, y+, y-
+  double half_x, half_y;
+  int x, y, z;                                 // axes of the box that are those of F
+  double turn;                                 // of z: -1 on the lower side
+  std::array<std::uint32_t, kSides> side_bit;  // of the sides x+, x-, y+, y-
 };
 
 struct IncidentFace {
   Vector middle, half_x, half_y;  // in F
   std::array<Vector, kSides> corners;
-  std::array<std::uint32_t, kSides> corner_bits{};
+  std::array<std::uint32_t, kSides> corner_bits;
+  // How far a corner is outside each side of the reference face, and outside which it is: a bit a
+  // side.
+  std::array<std::array<double, kSides>, kSides> outside;
+  std::array<std::uint32_t, kSides> sides_beyond;
 };
 
-ReferenceFace make_reference(const PosedBox& box, int axis, const Vector& toward_W) {
-  const Matrix& R = box.X_WB.R;
-  const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-  const bool upper = R.col(axis).dot(toward_W) >= 0;
+ReferenceFace make_reference(const FacingBoxes& boxes, int axis) {
   ReferenceFace face;
-  face.axes_W.col(0) = R.col(x);
-  face.axes_W.col(1) = R.col(y);
-  face.axes_W.col(2) = upper ? Vector(R.col(axis)) : Vector(-R.col(axis));
-  face.origin_W = box.X_WB.x + face.axes_W.col(2) * box.half_extents[axis];
-  face.half_x = box.half_extents[x];
-  face.half_y = box.half_extents[y];
-  face.number = static_cast<std::uint32_t>(2 * axis + upper);
-  face.side_bit = {2u << 2 * x, 1u << 2 * x, 2u << 2 * y, 1u << 2 * y};
+  face.x = axis < 2 ? axis + 1 : 0;
+  face.y = axis > 0 ? axis - 1 : 2;
+  face.z = axis;
+  face.turn = boxes.t[axis] >= 0 ? 1 : -1;
+  face.half_x = boxes.h_reference[face.x];
+  face.half_y = boxes.h_reference[face.y];
+  face.side_bit = {2u << 2 * face.x, 1u << 2 * face.x, 2u << 2 * face.y, 1u << 2 * face.y};
   return face;
 }
 
-/// The face of `box` that looks most against the normal of `reference`.
-IncidentFace make_incident(const PosedBox& box, const ReferenceFace& reference) {
-  const Vector& h = box.half_extents;
-  const Matrix axes = reference.axes_W.transpose() * box.X_WB.R;
-  int axis = 0;
-  axes.row(2).cwiseAbs().maxCoeff(&axis);
-  const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-  const bool upper = axes(2, axis) < 0;
-  IncidentFace face;
-  face.middle = reference.axes_W.transpose() * (box.X_WB.x - reference.origin_W) +
-                axes.col(axis) * (upper ? h[axis] : -h[axis]);
-  face.half_x = axes.col(x) * h[x];
-  face.half_y = axes.col(y) * h[y];
+/// The face of the incident box that looks most against the normal.
+void make_incident(const FacingBoxes& boxes, const ReferenceFace& reference, double slack,
+                   IncidentFace& face) {
+  const Matrix& C = boxes.C;
+  const Vector& h = boxes.h_incident;
+  const auto in_F = [&](const auto& v) {
+    return Vector(v[reference.x], v[reference.y], reference.turn * v[reference.z]);
+  };
+  const double up_x = std::abs(C(reference.z, 0)), up_y = std::abs(C(reference.z, 1)),
+               up_z = std::abs(C(reference.z, 2));
+  const int axis = up_x >= up_y ? (up_x >= up_z ? 0 : 2) : (up_y >= up_z ? 1 : 2);
+  const int x = axis < 2 ? axis + 1 : 0, y = axis > 0 ? axis - 1 : 2;
+  const bool upper = reference.turn * C(reference.z, axis) < 0;
+  face.middle = in_F(boxes.t) + in_F(C.col(axis)) * (upper ? h[axis] : -h[axis]);
+  face.middle.z() -= boxes.h_reference[reference.z];
+  face.half_x = in_F(C.col(x)) * h[x];
+  face.half_y = in_F(C.col(y)) * h[y];
   for (std::size_t k = 0; k < kSides; ++k) {
-    face.corners[k] = face.middle + face.half_x * kSignX[k] + face.half_y * kSignY[k];
+    Vector& p = face.corners[k];
+    p = face.middle + face.half_x * kSignX[k] + face.half_y * kSignY[k];
     face.corner_bits[k] = static_cast<std::uint32_t>(upper) << axis |
                           static_cast<std::uint32_t>(kSignX[k] > 0) << x |
                           static_cast<std::uint32_t>(kSignY[k] > 0) << y;
+    auto& outside = face.outside[k];
+    outside = {p.x() - reference.half_x, -p.x() - reference.half_x, p.y() - reference.half_y,
+               -p.y() - reference.half_y};
+    face.sides_beyond[k] = static_cast<std::uint32_t>(outside[0] > slack) |
+                           static_cast<std::uint32_t>(outside[1] > slack) << 1 |
+                           static_cast<std::uint32_t>(outside[2] > slack) << 2 |
+                           static_cast<std::uint32_t>(outside[3] > slack) << 3;
   }
-  return face;
 }
 
 /// Adds where the edge from corner `k` to the next enters the reference face, and where it leaves
 /// it. Ends that are inside are added as corners: each by the edge that starts there.
-void clip_edge(const IncidentFace& incident, std::size_t k, const ReferenceFace& face, double slack,
+void clip_edge(const IncidentFace& incident, std::size_t k, const ReferenceFace& face,
                Candidates& candidates) {
   const std::size_t next = (k + 1) % kSides;
+  std::uint32_t enters = incident.sides_beyond[k], leaves = incident.sides_beyond[next];
+  if ((enters & leaves) != 0) return;
   const Vector& p0 = incident.corners[k];
   const Vector& p1 = incident.corners[next];
-  const double outside0[kSides] = {p0.x() - face.half_x, -p0.x() - face.half_x,
-                                   p0.y() - face.half_y, -p0.y() - face.half_y};
-  const double outside1[kSides] = {p1.x() - face.half_x, -p1.x() - face.half_x,
-                                   p1.y() - face.half_y, -p1.y() - face.half_y};
+  const auto at = [&](std::uint32_t side) {
+    const double d0 = incident.outside[k][side], d1 = incident.outside[next][side];
+    return d0 / (d0 - d1);
+  };
   double enter = 0, leave = 1;  // fractions of the edge
   std::uint32_t enter_side = 0, leave_side = 0;
-  for (std::size_t side = 0; side < kSides; ++side) {
-    const double d0 = outside0[side], d1 = outside1[side];
-    if (d0 > slack && d1 > slack) return;
-    if (d0 > slack) {
-      const double t = std::min(1.0, d0 / (d0 - d1));
-      if (t > enter) enter = t, enter_side = face.side_bit[side];
-    } else if (d1 > slack) {
-      const double t = std::max(0.0, d0 / (d0 - d1));
-      if (t < leave) leave = t, leave_side = face.side_bit[side];
-    }
+  for (; enters != 0; enters &= enters - 1) {
+    const auto side = static_cast<std::uint32_t>(std::countr_zero(enters));
+    const double t = std::min(1.0, at(side));
+    if (t > enter) enter = t, enter_side = face.side_bit[side];
+  }
+  for (; leaves != 0; leaves &= leaves - 1) {
+    const auto side = static_cast<std::uint32_t>(std::countr_zero(leaves));
+    const double t = std::max(0.0, at(side));
+    if (t < leave) leave = t, leave_side = face.side_bit[side];
   }
   const std::uint32_t from = incident.corner_bits[k], to = incident.corner_bits[next];
   const std::uint32_t edge = name_of(from & to, from | to) << 6;
   if (enter <= leave && enter < 1) {
-    const std::uint32_t corner = name_of(from, from) << 6;
-    candidates.add(p0 + (p1 - p0) * enter, enter > 0 ? edge | enter_side : corner);
+    if (enter > 0) {
+      candidates.add(p0 + (p1 - p0) * enter, edge | enter_side);
+    } else {
+      candidates.add(p0, name_of(from, from) << 6);
+    }
   }
   if (enter < leave && leave < 1) candidates.add(p0 + (p1 - p0) * leave, edge | leave_side);
 }
@@ -147,14 +162,14 @@ void clip_edge(const IncidentFace& incident, std::size_t k, const ReferenceFace&
 void add_reference_corners(const IncidentFace& incident, const ReferenceFace& face, double slack,
                            Candidates& candidates) {
   const Vector &c = incident.middle, &e = incident.half_x, &f = incident.half_y;
-  const double determinant = e.x() * f.y() - e.y() * f.x();
-  const std::uint32_t common = incident.corner_bits[0] & incident.corner_bits[2];
-  const std::uint32_t any = incident.corner_bits[0] | incident.corner_bits[2];
+  const double inverse = 1 / (e.x() * f.y() - e.y() * f.x());
   for (std::size_t k = 0; k < kSides; ++k) {
     const double x = kSignX[k] * face.half_x, y = kSignY[k] * face.half_y;
-    const double a = ((x - c.x()) * f.y() - (y - c.y()) * f.x()) / determinant;
-    const double b = ((y - c.y()) * e.x() - (x - c.x()) * e.y()) / determinant;
+    const double a = ((x - c.x()) * f.y() - (y - c.y()) * f.x()) * inverse;
+    const double b = ((y - c.y()) * e.x() - (x - c.x()) * e.y()) * inverse;
     if (!(std::abs(a) < 1 && std::abs(b) < 1) || candidates.any_within(slack, x, y)) continue;
+    const std::uint32_t common = incident.corner_bits[0] & incident.corner_bits[2];
+    const std::uint32_t any = incident.corner_bits[0] | incident.corner_bits[2];
     const std::uint32_t sides =
         face.side_bit[kSignX[k] > 0 ? 0 : 1] | face.side_bit[kSignY[k] > 0 ? 2 : 3];
     candidates.add({x, y, c.z() + a * e.z() + b * f.z()}, name_of(common, any) << 6 | sides);
@@ -163,15 +178,15 @@ void add_reference_corners(const IncidentFace& incident, const ReferenceFace& fa
 
 }  // namespace
 
-Manifold clip_faces(const PosedBox& reference, const PosedBox& incident, int axis,
-                    std::uint32_t role, double margin, double slack) {
-  const Vector between_W = incident.X_WB.x - reference.X_WB.x;
-  const ReferenceFace face = make_reference(reference, axis, between_W);
-  const IncidentFace other = make_incident(incident, face);
+Manifold clip_faces(const FacingBoxes& boxes, int axis, std::uint32_t role, double margin,
+                    double slack) {
+  const ReferenceFace face = make_reference(boxes, axis);
+  IncidentFace incident;
+  make_incident(boxes, face, slack, incident);
 
   Candidates candidates;
-  for (std::size_t k = 0; k < kSides; ++k) clip_edge(other, k, face, slack, candidates);
-  add_reference_corners(other, face, slack, candidates);
+  for (std::size_t k = 0; k < kSides; ++k) clip_edge(incident, k, face, candidates);
+  add_reference_corners(incident, face, slack, candidates);
 
   const auto begin = candidates.items.begin();
   const auto near = std::remove_if(begin, begin + static_cast<std::ptrdiff_t>(candidates.count),
@@ -182,14 +197,17 @@ Manifold clip_faces(const PosedBox& reference, const PosedBox& incident, int axi
     points = points.first(kManifoldPoints);
   }
 
+  const Matrix& R = boxes.X_WR.R;
+  const Vector x_W = R.col(face.x), y_W = R.col(face.y), z_W = face.turn * R.col(face.z);
+  const Vector origin_W = boxes.X_WR.x + z_W * boxes.h_reference[axis];
   Manifold manifold;
-  manifold.normal_W = role == 0 ? Vector(face.axes_W.col(2)) : Vector(-face.axes_W.col(2));
+  manifold.normal_W = role == 0 ? z_W : Vector(-z_W);
   manifold.count = static_cast<int>(points.size());
-  const std::uint32_t face_name = (6 * role + face.number) << 12;
+  const auto number = static_cast<std::uint32_t>(2 * axis + (face.turn > 0 ? 1 : 0));
+  const std::uint32_t face_name = (6 * role + number) << 12;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;
-    const Vector midway(p.x(), p.y(), 0.5 * p.z());
-    manifold.points[k] = {face.origin_W + face.axes_W * midway, p.z(),
+    manifold.points[k] = {origin_W + x_W * p.x() + y_W * p.y() + z_W * (0.5 * p.z()), p.z(),
                           face_name | points[k].feature};
   }
   return manifold;

@@ -251,11 +251,14 @@ void keep_highest(SupportFeature& feature, double up) {
     feature.corner_names[0] = feature.corner_names[top];
     feature.count = 1;
   } else if (count > 2) {
-    SupportFeature edge;
-    for (const std::size_t k : {begin, (begin + 1) % count}) {
-      edge.add(feature.corners[k], feature.corner_names[k], feature.edge_names[begin]);
-    }
-    feature = edge;
+    const std::size_t end = begin + 1 < count ? begin + 1 : 0;
+    const Vector p = feature.corners[begin], q = feature.corners[end];
+    const std::uint32_t name_p = feature.corner_names[begin], name_q = feature.corner_names[end];
+    const std::uint32_t name = feature.edge_names[begin];
+    feature.count = 0;
+    feature.normal.setZero();
+    feature.add(p, name_p, name);
+    feature.add(q, name_q, name);
   }
 }
 

@@ -175,8 +175,17 @@ ConvexPair::ConvexPair(const Collider& collider_A, const Collider& collider_B)
 
 namespace {
 
+/// Of its core.
 bool is_polytope(const ConvexShape& shape) {
-  return shape.kind == ShapeKind::box || shape.kind == ShapeKind::hull;
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::capsule:
+    case ShapeKind::box:
+    case ShapeKind::hull:
+      return true;
+    default:
+      return false;
+  }
 }
 
 constexpr double kKissing_m = 1e-8;

@@ -25,6 +25,7 @@ constexpr double kLongest = 0.25;            // rad, of a step: beyond, the seri
 constexpr double kArrived = 1e-8;            // rad: the error left is its square
 constexpr double kAsFar = 1e-11;             // m
 constexpr double kSamePlace_m = 1e-9;        // points of B come back from A's frame with rounding
+constexpr double kLine = 1e-6;               // a sine
 constexpr double kFlat = 0.2, kApart = 0.3;  // of faces in rims: a sine; of the radius
 constexpr double kNegative = -1e-9;          // of a weight
 
@@ -271,7 +272,9 @@ class Polish {
     is_valley_ = true;
     const double x1 = p.gx - r.gx, y1 = p.gy - r.gy, x2 = q.gx - r.gx, y2 = q.gy - r.gy;
     const double determinant = x1 * y2 - y1 * x2;
-    if (determinant == 0) return dx = kInfinity, true;
+    if (determinant * determinant <= kLine * kLine * (x1 * x1 + y1 * y1) * (x2 * x2 + y2 * y2)) {
+      return false;  // on a line: two of them do
+    }
     const double c1 = r.s - p.s, c2 = r.s - q.s;
     dx = (c1 * y2 - y1 * c2) / determinant;
     dy = (x1 * c2 - c1 * x2) / determinant;

@@ -9,7 +9,8 @@
 // sides. For then a disc of radius r around p = d n lies in a face of M, the set of all a - b, and
 // along any m at an angle w to n the overlap is at least d cos w + r sin w, no less than d for all
 // w up to 90 degrees, and beyond for those with tan((180 - w) / 2) >= d / r. For the rest the balls
-// inside the shapes must vouch: M holds one of their radii together, about its centre.
+// inside the shapes must vouch: M holds one of their radii together, about its centre. (A flat
+// shape has no far side to be left by; there it only remains to see that the cores overlap.)
 #include "server/collision/best_face.h"
 
 #include <array>
@@ -188,6 +189,19 @@ double inside_face(const ConvexShape& shape, const Vector& n, std::int32_t face,
   }
 }
 
+/// Whether the cores certainly overlap: M holds its point p = overlap n and a ball about its own
+/// centre, so all between them, and there the origin may be.
+bool is_certain(const ConvexPair& pair, const FaceDirection& face) {
+  const double radius = pair.A.inner_radius + pair.B.inner_radius;
+  const Vector to_ball = -pair.centre - face.overlap * face.n;  // from p
+  const double length2 = to_ball.squaredNorm();
+  const double down = -face.n.dot(to_ball);  // along the way from p to the origin
+  // The origin is on p's side of the ball's middle, and within the cone from p that touches the
+  // ball.
+  return face.overlap < down && length2 > radius * radius &&
+         down * down > length2 - radius * radius;
+}
+
 }  // namespace
 
 FaceDirection best_face(const ConvexPair& pair, SupportHints& hints) {
@@ -209,6 +223,7 @@ bool is_best(const ConvexPair& pair, const FaceDirection& face) {
                                           pair.R.transpose() * (face.deepest - pair.t));
   const double d = face.overlap, r = inside;
   if (!(r >= d)) return false;
+  if (pair.has_flat()) return is_certain(pair, face);
   // The ball's centre is `below` the disc's, as n goes, and `aside` of it.
   const double below = face.n.dot(pair.centre);
   const double aside2 = pair.centre.squaredNorm() - below * below;

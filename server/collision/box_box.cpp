@@ -10,7 +10,8 @@
 // within these leads. If the preferred kind of contact has no point, the other one is tried: a
 // near miss of two edges lies over neither face.
 // Exact for disjoint boxes where a face or two edges are closest; corner against edge or corner
-// may report nothing until they touch. Cost at -O2: apart 35 ns, else 0.15 .. 0.3 us.
+// may report nothing until they touch. Cost at -O3: apart 25 ns, at a corner or edge 90 ns, flush
+// 100 ns, with a turn so that eight corners are reduced to four 180 ns.
 #include <algorithm>
 #include <cmath>
 

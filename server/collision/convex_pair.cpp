@@ -9,8 +9,7 @@
 // oblique it is, so that a tilted body has all its points; if none does, only the edges or corners
 // that touch count. The deepest point has exactly the separation s.
 //
-// Cost at -O2: faces at rest 1 us; polytopes of up to 42 corners in any pose 1.2 .. 2.2 us, curved
-// shapes 3 .. 7 us.
+// Cost: the direction (least_overlap.cpp), and 0.2 .. 0.4 us for the points.
 #include "server/collision/convex_pair.h"
 
 #include <algorithm>

@@ -19,6 +19,8 @@ struct ConvexPair {
 
   ConvexPair(const Collider& collider_A, const Collider& collider_B);
 
+  /// One is flat: it has no far side to be left by.
+  bool has_flat() const { return A.is_flat() || B.is_flat(); }
   double radii() const { return A.radius + B.radius; }
   /// Well below the size of the smaller shape.
   double small_length() const { return 1e-2 * std::min(A.thickness, B.thickness); }

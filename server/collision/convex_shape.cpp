@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/collision/direction_grid.h"
+
 namespace cradle {
 namespace {
 

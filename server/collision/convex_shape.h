@@ -24,6 +24,9 @@ struct ConvexShape {
   /// A hull must come with its geometry. Not for half-spaces, meshes and compounds.
   explicit ConvexShape(const Collider& collider);
 
+  /// Without an inside.
+  bool is_flat() const { return inner_radius == 0 && radius == 0; }
+
   /// A point of the core that is farthest along `d`, which need not have unit length. `hint` is for
   /// hulls: where the search begins, and then the vertex found. It changes time, not the result's
   /// quality; it must be 0 at first.

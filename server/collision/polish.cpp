@@ -20,7 +20,7 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 12;
+constexpr int kStepsMax = 6;
 constexpr double kLongest = 0.25;            // rad, of a step: beyond, the series says little
 constexpr double kArrived = 1e-8;            // rad: the error left is its square
 constexpr double kAsFar = 1e-11;             // m

@@ -38,6 +38,10 @@ inline void check_sound(const Pair& pair, const Manifold& manifold, double margi
     REQUIRE(deepest(manifold) <= overlap(pair, manifold.normal_W) + tolerance);
 }
 
+inline bool is_polytope(const Solid& solid) {
+  return solid.shape.kind == ShapeKind::box || solid.shape.kind == ShapeKind::hull;
+}
+
 class Random {
  public:
   explicit Random(std::uint64_t seed = 11) : engine_(seed) {}

@@ -2,38 +2,12 @@
 
 #include <cassert>
 #include <numbers>
-#include <random>
 
 #include "tests/bench/parting.h"
+#include "tests/bench/random_poses.h"
 
 namespace cradle::bench {
 namespace {
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
-  }
-  Vector vector(double size) {
-    return {uniform(-size, size), uniform(-size, size), uniform(-size, size)};
-  }
-  Vector direction() {
-    Vector d;
-    do d = vector(1);
-    while (d.norm() > 1 || d.norm() < 0.1);
-    return d.normalized();
-  }
-  Matrix rotation() {
-    Rotation q;
-    do q = Rotation(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
-    while (q.norm() > 1 || q.norm() < 0.1);
-    return q.normalized().toRotationMatrix();
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 GeometryPointer made(const std::vector<Vector>& points) {
   GeometryPointer geometry = make_hull(points).geometry;
@@ -62,7 +36,7 @@ GeometryPointer icosahedron() {
 }
 
 GeometryPointer pebble() {
-  Random random(42);
+  RandomPoses random(42);
   std::vector<Vector> points;
   for (int k = 0; k < 42; ++k)
     points.push_back(random.direction().cwiseProduct(Vector(0.5, 0.4, 0.35)));
@@ -98,7 +72,7 @@ Solid solid_of(PairShape shape) {
 }
 
 /// The direction, in its frame, in which a shape looks down when it rests.
-Vector side_to_rest_on(const Solid& solid, Random& random) {
+Vector side_to_rest_on(const Solid& solid, RandomPoses& random) {
   switch (solid.shape.kind) {
     case ShapeKind::sphere:
       return random.direction();
@@ -123,7 +97,7 @@ Vector side_to_rest_on(const Solid& solid, Random& random) {
 
 /// Turns `side` to where it looks, and then the shape about z; what lies gets its axis along y, so
 /// that two of them lie along each other.
-Matrix laid(const Vector& side, const Vector& to, bool lies, Random& random) {
+Matrix laid(const Vector& side, const Vector& to, bool lies, RandomPoses& random) {
   const Matrix R = Rotation::FromTwoVectors(side, to).toRotationMatrix();
   const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
   if (!lies) return Eigen::AngleAxisd(angle, Vector::UnitZ()) * R;
@@ -152,7 +126,7 @@ void sink(Pair& pair, const Vector& n, double depth) {
   pair.X_WB.x += n * (overlap(pair, n) - depth);
 }
 
-Pair at_rest(const Solid& A, const Solid& B, Random& random) {
+Pair at_rest(const Solid& A, const Solid& B, RandomPoses& random) {
   const Vector side_A = side_to_rest_on(A, random), side_B = side_to_rest_on(B, random);
   const auto lies = [](const Solid& solid, const Vector& side) {
     return solid.shape.kind == ShapeKind::capsule ||
@@ -179,7 +153,7 @@ double half_width(const Solid& solid) {
   return 0.5 * (support_point(solid, down) - support_point(solid, -down)).dot(down);
 }
 
-Pair turned(const Solid& A, const Solid& B, Situation situation, Random& random) {
+Pair turned(const Solid& A, const Solid& B, Situation situation, RandomPoses& random) {
   Pair pair{A, B, {random.vector(3), random.rotation()}, {random.vector(3), random.rotation()}};
   const bool is_plane = B.shape.kind == ShapeKind::half_space;
   const Vector line = is_plane ? Vector(-pair.X_WB.R.col(2)) : random.direction();
@@ -216,8 +190,8 @@ std::string_view word_of(Situation situation) {
 }
 
 std::vector<Pair> pairs_in(PairShape A, PairShape B, Situation situation, std::size_t count) {
-  Random random(100 * static_cast<std::uint64_t>(A) + 10 * static_cast<std::uint64_t>(B) +
-                static_cast<std::uint64_t>(situation));
+  RandomPoses random(100 * static_cast<std::uint64_t>(A) + 10 * static_cast<std::uint64_t>(B) +
+                     static_cast<std::uint64_t>(situation));
   std::vector<Pair> pairs;
   for (std::size_t k = 0; k < count; ++k) {
     pairs.push_back(situation == Situation::resting

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <random>
 #include <set>
 #include <span>
 
 #include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
+#include "tests/bench/random_poses.h"
 #include "tests/bench/solids.h"
 
 namespace cradle {
@@ -42,28 +42,10 @@ inline bool is_polytope(const Solid& solid) {
   return solid.shape.kind == ShapeKind::box || solid.shape.kind == ShapeKind::hull;
 }
 
-class Random {
+class Random : public RandomPoses {
  public:
-  explicit Random(std::uint64_t seed = 11) : engine_(seed) {}
+  explicit Random(std::uint64_t seed = 11) : RandomPoses(seed) {}
 
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine_);
-  }
-  Vector vector(double size) {
-    return {uniform(-size, size), uniform(-size, size), uniform(-size, size)};
-  }
-  Vector direction() {
-    Vector d;
-    do d = vector(1);
-    while (d.norm() > 1 || d.norm() < 0.1);
-    return d.normalized();
-  }
-  Matrix rotation() {
-    Rotation q;
-    do q = Rotation(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
-    while (q.norm() > 1 || q.norm() < 0.1);
-    return q.normalized().toRotationMatrix();
-  }
   /// Sizes from 0.02 to 2 m, so boxes are cubes, plates and rods.
   double size() { return 0.02 * std::pow(100, uniform(0, 1)); }
 
@@ -121,7 +103,6 @@ class Random {
     return hulls_[static_cast<std::size_t>(uniform(0, 39.999))];
   }
 
-  std::mt19937_64 engine_;
   std::vector<GeometryPointer> hulls_;
 };
 

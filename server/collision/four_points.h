@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <span>
 
 #include "server/collision/geometry.h"
@@ -10,40 +12,70 @@
 
 namespace cradle {
 
-/// Swaps to place `first` the candidate from there on that scores highest. A later one must score
-/// more than `tie` higher.
-template <typename Candidate, typename Score>
-void bring_best(std::span<Candidate> candidates, std::size_t first, double tie, Score score) {
-  std::size_t best = first;
-  double best_score = score(candidates[first].p);
-  for (std::size_t k = first + 1; k < candidates.size(); ++k) {
-    const double candidate_score = score(candidates[k].p);
-    if (candidate_score > best_score + tie) best = k, best_score = candidate_score;
+/// Places of candidates side by side, the chosen ones first.
+class Ranking {
+ public:
+  template <typename Candidate>
+  explicit Ranking(std::span<const Candidate> candidates) : count(candidates.size()) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vector& p = candidates[k].p;
+      x[k] = p.x(), y[k] = p.y(), z[k] = p.z();
+      number[k] = static_cast<std::uint8_t>(k);
+    }
   }
-  std::swap(candidates[first], candidates[best]);
-}
+
+  /// Swaps to place `first` the candidate from there on that scores highest: the first of those
+  /// that are no more than `tie` below it.
+  template <typename Score>
+  void choose(std::size_t first, double tie, Score score) {
+    std::array<double, kMost> scores;
+    for (std::size_t k = first; k < count; ++k) scores[k] = score(k);
+    double highest = scores[first];
+    for (std::size_t k = first + 1; k < count; ++k) highest = std::max(highest, scores[k]);
+    std::size_t best = first;
+    while (best + 1 < count && !(scores[best] >= highest - tie)) ++best;
+    std::swap(x[first], x[best]);
+    std::swap(y[first], y[best]);
+    std::swap(z[first], z[best]);
+    std::swap(number[first], number[best]);
+  }
+
+  static constexpr std::size_t kMost = 128;
+  std::array<double, kMost> x, y, z;
+  std::array<std::uint8_t, kMost> number;
+  std::size_t count;
+};
 
 /// Brings to the front the four that carry most: the deepest, the farthest from it, and those two
 /// that then add most area, which are on both sides if there are points on both. Of a candidate p
-/// only `p.p` counts: x and y its place across the normal, z its separation, all in m.
+/// only `p.p` counts: x and y its place across the normal, z its separation, all in m. More than
+/// four are given, and no more than 128.
 template <typename Candidate>
 void bring_best_four(std::span<Candidate> candidates) {
-  const auto area = [](const Vector& p, const Vector& q, const Vector& r) {
-    return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
-  };
+  Ranking r{std::span<const Candidate>(candidates)};
   constexpr double kTie = kTolerances.tie_m;
-  bring_best(candidates, 0, kTie, [](const Vector& p) { return -p.z(); });
-  const Vector p = candidates[0].p;
-  const auto distance = [&](const Vector& q) { return (q - p).head<2>().norm(); };
-  bring_best(candidates, 1, kTie, distance);
-  const Vector q = candidates[1].p;
-  const double area_tie = kTie * distance(q);
-  bring_best(candidates, 2, area_tie, [&](const Vector& r) { return std::abs(area(p, q, r)); });
-  const Vector r = candidates[2].p;
-  const double turn = area(p, q, r) < 0 ? -1 : 1;
-  bring_best(candidates, 3, area_tie, [&](const Vector& s) {
-    return -std::min({turn * area(p, q, s), turn * area(q, r, s), turn * area(r, p, s)});
+  r.choose(0, kTie, [&](std::size_t k) { return -r.z[k]; });
+  const double x = r.x[0], y = r.y[0];
+  r.choose(1, kTie, [&](std::size_t k) {
+    const double dx = r.x[k] - x, dy = r.y[k] - y;
+    return std::sqrt(dx * dx + dy * dy);
   });
+  const double q_x = r.x[1] - x, q_y = r.y[1] - y;
+  const double area_tie = kTie * std::sqrt(q_x * q_x + q_y * q_y);
+  // Areas are those of triangles, twice.
+  r.choose(2, area_tie,
+           [&](std::size_t k) { return std::abs(q_x * (r.y[k] - y) - q_y * (r.x[k] - x)); });
+  // The fourth is beyond a side of the triangle of the others.
+  const double r_x = r.x[2] - x, r_y = r.y[2] - y;
+  const double area = q_x * r_y - q_y * r_x, turn = area < 0 ? -1 : 1;
+  r.choose(3, area_tie, [&](std::size_t k) {
+    const double s_x = r.x[k] - x, s_y = r.y[k] - y;
+    const double of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
+    return -std::min(std::min(of_q, of_r), turn * area - of_q - of_r);
+  });
+  const std::array<Candidate, 4> best = {candidates[r.number[0]], candidates[r.number[1]],
+                                         candidates[r.number[2]], candidates[r.number[3]]};
+  std::ranges::copy(best, candidates.begin());
 }
 
 }  // namespace cradle

@@ -30,8 +30,9 @@ struct CollisionTolerances {
   double edge_bias_per_depth = 0.25;
 
   /// m, scaled. A corner this far outside the reference face counts as above it, so that the
-  /// points of a swaying, flush stack keep their names; likewise two edges that pass each other.
-  /// Test: "a flush stack keeps its features while it sways".
+  /// points of a swaying, flush stack keep their names. And a face still counts where the other box
+  /// reaches this much deeper beside it than over it. Test: "a flush stack keeps its features
+  /// while it sways".
   double clip_slack_m = 1e-3;
 
   /// m. When four of more points are chosen, depths and distances closer than this count as equal,

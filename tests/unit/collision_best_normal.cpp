@@ -2,6 +2,7 @@
 // against a search over the sphere for curved shapes. Neither shares code with what is tested.
 #include <numbers>
 
+#include "tests/bench/parting.h"
 #include "tests/unit/collision_pairs.h"
 
 using namespace cradle;
@@ -9,6 +10,7 @@ using namespace cradle;
 namespace {
 
 constexpr double kExact = 1e-9;  // m
+constexpr double kNear = 1e-4;   // rad
 
 /// Down from a direction by trial steps to all sides, ever shorter.
 double descend(const Pair& pair, Vector n, double step) {
@@ -114,4 +116,33 @@ TEST_CASE("the normal of curved shapes is the best that a search over the sphere
   CAPTURE(worse, contacts);
   CHECK(contacts > 500);
   CHECK(worse <= contacts / 500);  // at rims of cones two minima may be a few degrees apart
+}
+
+TEST_CASE("normals are within 1e-4 of the best, but where another minimum is nearly as low") {
+  Random random(8);
+  int all = 0, all_other = 0;
+  for (const auto& [kind_A, kind_B] : colliding_kinds()) {
+    CAPTURE(word_of(kind_A), word_of(kind_B));
+    int contacts = 0, other = 0;
+    for (int trial = 0; trial < 300; ++trial) {
+      CAPTURE(trial);
+      const Pair pair = contact(random, kind_A, kind_B, trial);
+      if (pair.has(ShapeKind::half_space) || pair.is_boxes()) break;  // boxes prefer faces
+      const Manifold manifold = pair.collide(0.02);
+      if (manifold.count == 0) continue;
+      ++contacts;
+      const Parting best = bench::parting(pair);
+      const double excess = overlap(pair, manifold.normal_W) - best.overlap;
+      if ((manifold.normal_W - best.n).norm() < kNear || excess < kExact) continue;
+      ++other;
+      REQUIRE(excess < 0.02 * std::abs(best.overlap) + 1e-7);
+    }
+    CAPTURE(other, contacts);
+    CHECK(other <= contacts / 100);
+    all += contacts;
+    all_other += other;
+  }
+  CAPTURE(all_other, all);
+  CHECK(all > 10000);
+  CHECK(all_other <= all / 2000);
 }

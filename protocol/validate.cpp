@@ -68,7 +68,8 @@ Result check_shape(const BodySpec& spec) {
   }
   const ShapeKind kind = spec.shape.kind;
   if (word_of(kind) == "unknown") return Result::bad_shape;
-  if (kind == ShapeKind::half_space && spec.kind == BodyKind::dynamic) return Result::bad_shape;
+  const bool is_ground = kind == ShapeKind::half_space || kind == ShapeKind::height_field;
+  if (is_ground && spec.kind == BodyKind::dynamic) return Result::bad_shape;
   const auto& p = spec.shape.parameters;
   if (is_stored(kind)) return check_number(p);
   if (kind == ShapeKind::polygon) return check_polygon(spec.shape);

@@ -232,6 +232,7 @@ void Daemon::tell(Event&& event) {
 void Daemon::step(PhaseTimer& timer) {
   const std::int64_t left_out = run_.wrenches_left_out();
   const bool was_crowded = last_report_.crowded > 0;
+  const bool were_passing = last_report_.surfaces_passing > 0;
   last_report_ = run_.step(*executor_, &timer);
   readings_.steps_unsolved += last_report_.unsolved;
   readings_.stopped_at_impact += last_report_.stopped_at_impact;
@@ -242,6 +243,10 @@ void Daemon::step(PhaseTimer& timer) {
   }
   if (last_report_.crowded > 0 && !was_crowded) {
     crowd_log_.write(now_us(), {{"tick", run_.world().tick()}, {"bodies", last_report_.crowded}});
+  }
+  if (last_report_.surfaces_passing > 0 && !were_passing) {
+    surfaces_log_.write(now_us(),
+                        {{"tick", run_.world().tick()}, {"pairs", last_report_.surfaces_passing}});
   }
   if (run_.wrenches_left_out() > left_out) {
     left_out_log_.write(
@@ -382,6 +387,7 @@ void Daemon::put_readings() {
   r.contacts = last_report_.contacts;
   r.wrenches = world.wrench_count();
   r.crowded = last_report_.crowded;
+  r.surfaces_passing = last_report_.surfaces_passing;
   r.quarantines = world.quarantined_count();
   r.clients = desk_.clients(now_us());
   r.answers = desk_.answered();

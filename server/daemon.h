@@ -147,6 +147,8 @@ class Daemon {
                          "wrenches of the scene left out: their bodies cannot take them"};
   LogPlace not_colliding_log_{log_places_, LogLevel::warn,
                               "bodies of this shape do not collide yet"};
+  LogPlace surfaces_log_{log_places_, LogLevel::warn,
+                         "meshes and height fields do not collide with each other yet"};
   LogPlace quarantine_log_{log_places_, LogLevel::warn, "body quarantined"};
   LogPlace springs_log_{log_places_, LogLevel::warn,
                         "springs too stiff for the tick: a part of it by impulses"};

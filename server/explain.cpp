@@ -27,14 +27,8 @@ constexpr std::array<Words, kOmissions> kWords{{
 
 /// Farthest point of the body from Bo, m.
 double reach(const BodySpec& body, std::span<const GeometryPointer> geometries) {
-  switch (body.shape.kind) {
-    case ShapeKind::hull:
-    case ShapeKind::mesh:
-    case ShapeKind::compound:
-      return bounding_radius(*geometries[static_cast<std::size_t>(body.shape.parameters[0]) - 1]);
-    default:
-      return bounding_radius(body.shape);
-  }
+  if (!is_stored(body.shape.kind)) return bounding_radius(body.shape);
+  return bounding_radius(*geometries[static_cast<std::size_t>(body.shape.parameters[0]) - 1]);
 }
 
 FlightSample sample_of(const FlightAccount& account, double dt, double full_steps) {

@@ -110,6 +110,33 @@ class ObjReader {
 
 }  // namespace
 
+std::vector<std::vector<double>> parse_heights(std::string_view text, const std::string& name) {
+  std::vector<std::vector<double>> rows;
+  for (std::int64_t line = 1; !text.empty(); ++line) {
+    const std::size_t end = text.find('\n');
+    std::string_view rest = text.substr(0, end);
+    rest = rest.substr(0, rest.find('#'));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    std::vector<double> row;
+    while (true) {
+      const std::size_t begin = rest.find_first_not_of(" \t\r,");
+      if (begin == std::string_view::npos) break;
+      rest.remove_prefix(begin);
+      const std::string_view word = rest.substr(0, rest.find_first_of(" \t\r,"));
+      rest.remove_prefix(word.size());
+      double value = 0;
+      const auto read = std::from_chars(word.begin(), word.end(), value);
+      if (read.ec != std::errc() || read.ptr != word.end()) {
+        throw MeshFileError(name + ":" + std::to_string(line) + ": '" + std::string(word) +
+                            "' is no number");
+      }
+      row.push_back(value);
+    }
+    if (!row.empty()) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 MeshFile parse_obj(std::string_view text, const std::string& name) {
   return ObjReader(name).read(text);
 }

@@ -1,4 +1,4 @@
-/// Meshes from files: the geometry of Wavefront OBJ, and nothing else of it.
+/// Meshes from files: the geometry of Wavefront OBJ, and nothing else of it. Heights from text.
 ///
 /// Taken are `v x y z` (m) and `f a b c ...` with corners `a`, `a/t`, `a//n` or `a/t/n`, counted
 /// from 1, or from the end if negative; faces of more than three corners must be convex. Passed
@@ -28,5 +28,8 @@ class MeshFileError : public std::runtime_error {
 
 /// Throws MeshFileError. `name` is what the file is called there.
 MeshFile parse_obj(std::string_view text, const std::string& name);
+
+/// Numbers with space or a comma between them, a row a line; `#` begins a comment. Throws likewise.
+std::vector<std::vector<double>> parse_heights(std::string_view text, const std::string& name);
 
 }  // namespace cradle

@@ -107,6 +107,10 @@ void write_world(Page& page, const Readings& r) {
   page.gauge("cradle_contacts", "Touching contact points in the last tick.", r.contacts);
   page.gauge("cradle_bodies_crowded",
              "Bodies of which the last tick left out pairs: too many are in one place.", r.crowded);
+  page.gauge("cradle_surface_pairs_passing",
+             "Pairs of two meshes or height fields in one place in the last tick: these do not "
+             "collide yet.",
+             r.surfaces_passing);
   page.gauge("cradle_wrenches", "Wrenches that act.", r.wrenches);
   page.counter(
       "cradle_springs_unconverged_total",

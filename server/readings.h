@@ -39,7 +39,7 @@ struct Readings {
   std::int64_t overruns = 0;
   double real_time_factor = 0;
 
-  std::int64_t bodies = 0, awake = 0, contacts = 0, wrenches = 0, crowded = 0;
+  std::int64_t bodies = 0, awake = 0, contacts = 0, wrenches = 0, crowded = 0, surfaces_passing = 0;
   std::int64_t quarantines = 0;          ///< since the start
   std::int64_t steps_unsolved = 0;       ///< since the start
   std::int64_t springs_unconverged = 0;  ///< parts of ticks, since the start

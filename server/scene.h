@@ -28,11 +28,10 @@ struct TimedWrench {
 struct Scene {
   std::string name;  ///< what it is called in errors: its path
   WorldSettings settings;
-  std::vector<GeometryPointer>
-      geometries;                     ///< hulls, meshes, compounds: bodies name them from 1 on
-  std::vector<BodySpec> bodies;       ///< those of [[body]], then those of [[lattice]]
-  std::vector<Drag> drags;            ///< of `bodies`, one each; or none at all
-  std::vector<TimedWrench> wrenches;  ///< in ascending order of ticks
+  std::vector<GeometryPointer> geometries;  ///< hulls, meshes, ...: bodies name them from 1 on
+  std::vector<BodySpec> bodies;             ///< those of [[body]], then those of [[lattice]]
+  std::vector<Drag> drags;                  ///< of `bodies`, one each; or none at all
+  std::vector<TimedWrench> wrenches;        ///< in ascending order of ticks
   std::vector<SceneSpring> springs;
 };
 

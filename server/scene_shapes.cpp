@@ -24,7 +24,8 @@ constexpr std::pair<std::string_view, ShapeKind> kBodyShapes[] = {
     {"capsule", ShapeKind::capsule},   {"cylinder", ShapeKind::cylinder},
     {"cone", ShapeKind::cone},         {"ellipsoid", ShapeKind::ellipsoid},
     {"hull", ShapeKind::hull},         {"mesh", ShapeKind::mesh},
-    {"compound", ShapeKind::compound}, {"polygon", ShapeKind::polygon},
+    {"compound", ShapeKind::compound}, {"height_field", ShapeKind::height_field},
+    {"polygon", ShapeKind::polygon},
 };
 constexpr std::pair<std::string_view, ShapeKind> kPartShapes[] = {
     {"sphere", ShapeKind::sphere},   {"box", ShapeKind::box},
@@ -92,7 +93,7 @@ std::string reason(Result result) {
       return "must be UTF-8 without control characters, at most " +
              std::to_string(limits::kNameBytes) + " bytes long";
     case Result::bad_shape:
-      return "sizes must be positive, and a half_space must not be dynamic";
+      return "sizes must be positive, and a half_space or height_field must not be dynamic";
     case Result::bad_mass:
       return "a dynamic body needs a mass above 0";
     case Result::bad_rotation:
@@ -143,18 +144,22 @@ void ShapeReader::read(const TomlTable& table, BodySpec& spec) {
   check_presence(table, "part", !parts.empty(), kind == ShapeKind::compound);
   GeometryPointer geometry = read_surface(table, spec.shape);
   if (kind == ShapeKind::compound) geometry = read_compound(table, parts);
+  if (GeometryPointer field = read_field(table, kind)) geometry = std::move(field);
   const std::string_view fault = is_planar_ ? shape_out_of_plane(spec.shape, geometry.get())
                                             : shape_out_of_space(spec.shape, geometry.get());
   if (!fault.empty()) table.refuse(std::string(fault));
   if (!geometry) return require(table, "shape", validate(spec));  // a dynamic half-space
 
   if (geometries_.size() >= static_cast<std::size_t>(limits::kGeometries)) {
-    table.refuse("shape", "too many hulls, meshes and compounds");
+    table.refuse("shape", "too many hulls, meshes, compounds and height fields");
   }
   const auto* mesh = std::get_if<TriangleMesh>(&geometry->value);
   if (mesh && !mesh->is_closed && spec.kind == BodyKind::dynamic) {
     table.refuse("shape",
                  "a dynamic body needs a closed mesh, and this one is open: " + open_edge(*mesh));
+  }
+  if (kind == ShapeKind::height_field && spec.kind == BodyKind::dynamic) {
+    table.refuse("shape", "a height_field must not be dynamic");
   }
   geometries_.push_back(geometry);
   masses_.push_back(geometry_mass(*geometry, is_planar_));
@@ -214,10 +219,11 @@ GeometryPointer ShapeReader::read_surface(const TomlTable& table, Shape& shape) 
   const bool has_file = table.read("file", file);
   const bool has_points = table.read("points_m", points);
   const bool has_triangles = table.read("triangles", triangles);
-  if (has_file) check_presence(table, "file", true, is_hull || is_mesh);
+  const bool is_field = kind == ShapeKind::height_field;
+  if (has_file) check_presence(table, "file", true, is_hull || is_mesh || is_field);
   check_presence(table, "points_m", has_points, (is_hull || is_mesh) && !has_file);
   check_presence(table, "triangles", has_triangles, is_mesh && !has_file);
-  if (has_file) return read_file(table, kind, file);
+  if (has_file && !is_field) return read_file(table, kind, file);
   if (!has_points) return nullptr;
 
   MeshFile surface{vectors(points), {}};
@@ -254,6 +260,45 @@ GeometryPointer ShapeReader::read_file(const TomlTable& table, ShapeKind kind,
   MadeGeometry made = make(kind, surface);
   if (!made.geometry) table.refuse("file", sentence(kind, made.fault));
   return known = made.geometry;
+}
+
+/// Null for other kinds.
+GeometryPointer ShapeReader::read_field(const TomlTable& table, ShapeKind kind) {
+  const bool is_field = kind == ShapeKind::height_field;
+  std::string file;
+  std::vector<std::vector<double>> rows;
+  std::array<double, 2> spacing{};
+  const bool has_heights = table.read("heights_m", rows), has_file = table.read("file", file);
+  if (has_heights) check_presence(table, "heights_m", true, is_field);
+  check_presence(table, "spacing_m", table.read("spacing_m", spacing), is_field);
+  if (!is_field) return nullptr;
+  if (has_heights && has_file) table.refuse("heights_m", "file is given, too");
+  if (!has_heights && !has_file) table.refuse("shape", "needs heights_m or file");
+  const char* key = has_file ? "file" : "heights_m";
+  if (has_file) {
+    const auto path = std::filesystem::path(scene_).parent_path() / file;
+    try {
+      rows = parse_heights(cradle::read_file(path.string()), file);
+    } catch (const MeshFileError& error) {
+      table.refuse("file", error.what());
+    } catch (const std::filesystem::filesystem_error& error) {
+      table.refuse("file", path.string() + ": " + error.code().message());
+    }
+  }
+  std::vector<double> heights;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (rows[k].size() != rows.front().size()) {
+      table.refuse(key, "row " + std::to_string(k) + " has " + std::to_string(rows[k].size()) +
+                            " heights, and row 0 has " + std::to_string(rows.front().size()));
+    }
+    heights.insert(heights.end(), rows[k].begin(), rows[k].end());
+  }
+  const auto columns = rows.empty() ? std::size_t{0} : rows.front().size();
+  const MadeGeometry made =
+      make_height_field(static_cast<std::int32_t>(rows.size()), static_cast<std::int32_t>(columns),
+                        spacing[0], spacing[1], std::move(heights));
+  if (!made.geometry) table.refuse(key, "the height field " + made.fault);
+  return made.geometry;
 }
 
 GeometryPointer ShapeReader::read_compound(const TomlTable& table,

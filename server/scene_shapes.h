@@ -47,6 +47,7 @@ class ShapeReader {
   GeometryPointer read_surface(const TomlTable& table, Shape& shape);
   GeometryPointer read_polygon(const TomlTable& table, Shape& shape) const;
   GeometryPointer read_file(const TomlTable& table, ShapeKind kind, const std::string& file);
+  GeometryPointer read_field(const TomlTable& table, ShapeKind kind);
   GeometryPointer read_compound(const TomlTable& table, const std::vector<TomlTable>& parts);
   CompoundPart read_part(const TomlTable& table);
 

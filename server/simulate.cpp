@@ -148,6 +148,8 @@ void simulate(const SimulateOptions& options) {
     summary.stopped_at_impact += summary.last_step.stopped_at_impact;
     summary.impacts_unresolved += summary.last_step.impacts_unresolved;
     summary.crowded_max = std::max(summary.crowded_max, summary.last_step.crowded);
+    summary.surfaces_passing_max =
+        std::max(summary.surfaces_passing_max, summary.last_step.surfaces_passing);
     if (trace) trace->write(run.world());
   }
   if (trace) trace->finish();

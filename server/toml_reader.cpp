@@ -216,6 +216,24 @@ bool TomlTable::read(std::string_view key, std::vector<std::array<std::int64_t, 
   };
   return read_triples(key, "lists of 3 integers", take, target);
 }
+bool TomlTable::read(std::string_view key, std::vector<std::vector<double>>& target) const {
+  const toml::node* found = node(key);
+  if (!found) return false;
+  const std::string wanted = "lists of numbers";
+  if (!found->is_array()) refuse_type(key, *found, wanted);
+  target.clear();
+  for (const toml::node& item : *found->as_array()) {
+    const toml::array* row = item.as_array();
+    if (!row) refuse_type(key, item, wanted);
+    std::vector<double>& numbers = target.emplace_back();
+    for (const toml::node& number : *row) {
+      const std::optional<double> value = number.value<double>();
+      if (!value) refuse_type(key, number, wanted);
+      numbers.push_back(*value);
+    }
+  }
+  return true;
+}
 
 bool TomlTable::read(std::string_view key, Vec3& target) const {
   std::array<double, 3> v{};

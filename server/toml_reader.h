@@ -88,6 +88,9 @@ class TomlTable {
   bool read(std::string_view key, std::vector<std::array<double, 3>>& target) const;
   bool read(std::string_view key, std::vector<std::array<std::int64_t, 3>>& target) const;
 
+  /// Lists of numbers, of any lengths.
+  bool read(std::string_view key, std::vector<std::vector<double>>& target) const;
+
   template <class T>
   bool read(std::string_view key, std::optional<T>& target) const {
     T value{};

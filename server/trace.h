@@ -64,6 +64,7 @@ struct Summary {
   std::int64_t crowded_max = 0;         ///< StepReport::crowded, of all ticks
   std::int64_t stopped_at_impact = 0;   ///< of StepReport, over all ticks
   std::int64_t impacts_unresolved = 0;  ///< likewise
+  int surfaces_passing_max = 0;         ///< StepReport::surfaces_passing, of all ticks
   double penetration_max_m = 0;         ///< of all ticks
   Totals totals;
   std::array<std::uint8_t, 8> hash{};

@@ -17,6 +17,8 @@
 #include <cmath>
 #include <limits>
 
+#include "server/collision/surface.h"
+
 namespace cradle {
 namespace {
 
@@ -79,6 +81,9 @@ class BestDirection {
         break;
       case ShapeKind::hull:
         try_faces_of_hull(*shape.hull, c, of);
+        break;
+      case ShapeKind::mesh:  // a triangle has its outer face only
+        try_flat(shape.triangle->normal, shape.triangle->normal.dot(shape.centre), of, 0);
         break;
       default:
         break;
@@ -181,6 +186,14 @@ double inside_face(const ConvexShape& shape, const Vector& n, std::int32_t face,
             shape.hull->vertices[static_cast<std::size_t>(loop[k + 1 < loop.size() ? k + 1 : 0])];
         const Vector inward = n.cross(b - a);
         least = std::min(least, inward.dot(p - a) / inward.norm());
+      }
+      return least;
+    }
+    case ShapeKind::mesh: {
+      double least = kInfinity;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector inward = n.cross(shape.triangle->edge(k));
+        least = std::min(least, inward.dot(p - shape.triangle->corners[k]));
       }
       return least;
     }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "server/collision/convex_shape.h"
+#include "server/collision/surface.h"
 
 namespace cradle {
 namespace {
@@ -47,6 +48,17 @@ Aabb bounds_of_hull(const Collider& collider) {
   return box;
 }
 
+/// Not the tight one, but that of the box in B: it must not take the time of all vertices.
+Aabb bounds_of_surface(const Collider& collider) {
+  const SurfaceView surface(collider);
+  if (!surface.is_there()) return {};
+  const Pose& X = collider.X_WB;
+  const Aabb box = surface.box();
+  const Vector centre = X.x + X.R * (0.5 * (box.lower + box.upper));
+  const Vector half = X.R.cwiseAbs() * (0.5 * (box.upper - box.lower));
+  return {centre - half, centre + half};
+}
+
 Aabb bounds_of_compound(const Collider& collider) {
   const Compound* compound =
       collider.geometry ? std::get_if<Compound>(&collider.geometry->value) : nullptr;
@@ -81,9 +93,11 @@ Aabb bounds(const Collider& collider) {
   switch (collider.shape.kind) {
     case ShapeKind::none:
     case ShapeKind::half_space:
-    case ShapeKind::mesh:
     case ShapeKind::polygon:
       return {};
+    case ShapeKind::mesh:
+    case ShapeKind::height_field:
+      return bounds_of_surface(collider);
     case ShapeKind::compound:
       return bounds_of_compound(collider);
     case ShapeKind::cone:
@@ -131,6 +145,7 @@ double bounding_radius(const Shape& shape) {
     case ShapeKind::hull:
     case ShapeKind::mesh:
     case ShapeKind::compound:
+    case ShapeKind::height_field:
       break;
   }
   return std::numeric_limits<double>::infinity();
@@ -142,8 +157,12 @@ double bounding_radius(const StoredGeometry& geometry) {
     for (const auto& vertex : vertices) radius = std::fmax(radius, vertex.norm());
   };
   if (const auto* hull = std::get_if<ConvexHull>(&geometry.value)) hold(hull->vertices);
-  if (const auto* mesh = std::get_if<TriangleMesh>(&geometry.value)) hold(mesh->vertices);
   if (const auto* polygon = std::get_if<ConvexPolygon>(&geometry.value)) hold(polygon->corners);
+  if (const auto* mesh = std::get_if<TriangleMesh>(&geometry.value)) radius = mesh->reach;
+  if (const auto* field = std::get_if<HeightField>(&geometry.value)) {
+    const double height = std::fmax(std::abs(field->lowest), std::abs(field->highest));
+    radius = Vector(field->x(0), field->y(0), height).norm();
+  }
   if (const auto* compound = std::get_if<Compound>(&geometry.value)) {
     for (const CompoundPart& part : compound->parts) {
       const double own =

@@ -5,9 +5,9 @@
 
 namespace cradle {
 
-/// The box of a posed shape: tight, but of compounds of many parts; empty for what has no end or
-/// nothing to collide with: `none`, `half_space` and `mesh`, what lacks its geometry, and shapes of
-/// the plane.
+/// The box of a posed shape: tight, but of compounds of many parts, meshes and height fields; empty
+/// for what has no end or nothing to collide with: `none` and `half_space`, what lacks its
+/// geometry, and shapes of the plane.
 Aabb bounds(const Collider& collider);
 inline Aabb bounds(const Shape& shape, const Pose& X_WB) { return bounds(Collider{shape, X_WB}); }
 

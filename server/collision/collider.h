@@ -5,11 +5,16 @@
 
 namespace cradle {
 
+struct SurfaceTriangle;
+
 /// Refers to what it is made of, which must outlive it.
 struct Collider {
   const Shape& shape;
   const Pose& X_WB;
-  const StoredGeometry* geometry = nullptr;  ///< of a hull, mesh or compound
+  const StoredGeometry* geometry = nullptr;  ///< of what is stored
+  /// One triangle of a surface as a flat convex shape, in the frame of the surface; the shape's
+  /// kind is `mesh` then. Null for all else.
+  const SurfaceTriangle* triangle = nullptr;
 
   /// Null for other shapes, and for a hull whose geometry is not given.
   const ConvexHull* hull() const {

@@ -18,6 +18,8 @@ struct ConvexPair {
   Vector centre;  ///< from A's centre to B's
 
   ConvexPair(const Collider& collider_A, const Collider& collider_B);
+  ConvexPair(const ConvexShape& shape_A, const Pose& X_WA, const ConvexShape& shape_B,
+             const Pose& X_WB);
 
   /// One is flat: it has no far side to be left by.
   bool has_flat() const { return A.is_flat() || B.is_flat(); }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/collision/direction_grid.h"
+#include "server/collision/surface.h"
 
 namespace cradle {
 namespace {
@@ -97,11 +98,23 @@ ConvexShape::ConvexShape(const Collider& collider) : kind(collider.shape.kind) {
       inner_radius = hull->inner_radius;
       centre = hull->centre;
       break;
+    case ShapeKind::mesh:
+      *this = ConvexShape(*collider.triangle);
+      return;
     default:  // box, ellipsoid
       inner_radius = size.minCoeff();
       break;
   }
   thickness = inner_radius;
+}
+
+ConvexShape::ConvexShape(const SurfaceTriangle& t) : kind(ShapeKind::mesh), triangle(&t) {
+  centre = (t.corners[0] + t.corners[1] + t.corners[2]) / 3;
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    longest = std::max(longest, (t.corners[(k + 1) % 3] - t.corners[k]).norm());
+  }
+  thickness = 0.5 * longest;
 }
 
 Vector ConvexShape::support(const Vector& d, std::int32_t& hint) const {
@@ -129,6 +142,11 @@ Vector ConvexShape::support(const Vector& d, std::int32_t& hint) const {
     }
     case ShapeKind::hull:
       return support_of_hull(*hull, d, hint);
+    case ShapeKind::mesh: {
+      const auto& p = triangle->corners;
+      const double a = d.dot(p[0]), b = d.dot(p[1]), c = d.dot(p[2]);
+      return a >= b ? (a >= c ? p[0] : p[2]) : (b >= c ? p[1] : p[2]);
+    }
     default:
       return Vector::Zero();
   }

@@ -9,20 +9,27 @@
 
 namespace cradle {
 
-/// The kinds that a ConvexShape stands for; a hull has to come with its geometry.
+struct SurfaceTriangle;
+
+/// The kinds that a ConvexShape stands for; a hull has to come with its geometry. Not `mesh`,
+/// though one triangle of it is convex.
 bool has_inside(ShapeKind kind);
 
 struct ConvexShape {
-  ShapeKind kind = ShapeKind::none;
-  Vector size = Vector::Zero();  ///< half extents or semi-axes; or radius, half length
+  ShapeKind kind = ShapeKind::none;  ///< `mesh`: one triangle of a surface, in the surface's frame
+  Vector size = Vector::Zero();      ///< half extents or semi-axes; or radius, half length
   const ConvexHull* hull = nullptr;
+  const SurfaceTriangle* triangle = nullptr;
   double radius = 0;               ///< that the core is grown by
   Vector centre = Vector::Zero();  ///< well inside
   double inner_radius = 0;         ///< of a ball about `centre` that the core holds
   double thickness = 0;  ///< m, what counts as small beside the shape: half its least width
 
-  /// A hull must come with its geometry. Not for half-spaces, meshes and compounds.
+  /// A hull must come with its geometry, a mesh with its triangle. Not for half-spaces and what has
+  /// parts.
   explicit ConvexShape(const Collider& collider);
+  /// Flat: inner_radius is 0.
+  explicit ConvexShape(const SurfaceTriangle& triangle);
 
   /// Without an inside.
   bool is_flat() const { return inner_radius == 0 && radius == 0; }

@@ -50,12 +50,17 @@ constexpr double kSameCosine = 0.965, kSameCosineAtEdges = 0.985;
 
 }  // namespace
 
-ConvexPair::ConvexPair(const Collider& collider_A, const Collider& collider_B)
-    : A(collider_A),
-      B(collider_B),
-      R(collider_A.X_WB.R.transpose() * collider_B.X_WB.R),
-      t(collider_A.X_WB.R.transpose() * (collider_B.X_WB.x - collider_A.X_WB.x)),
+ConvexPair::ConvexPair(const ConvexShape& shape_A, const Pose& X_WA, const ConvexShape& shape_B,
+                       const Pose& X_WB)
+    : A(shape_A),
+      B(shape_B),
+      R(X_WA.R.transpose() * X_WB.R),
+      t(X_WA.R.transpose() * (X_WB.x - X_WA.x)),
       centre(t + R * B.centre - A.centre) {}
+
+ConvexPair::ConvexPair(const Collider& collider_A, const Collider& collider_B)
+    : ConvexPair(ConvexShape(collider_A), collider_A.X_WB, ConvexShape(collider_B),
+                 collider_B.X_WB) {}
 
 namespace {
 

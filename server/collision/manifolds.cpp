@@ -7,8 +7,11 @@
 
 #include "server/collision/bounds.h"
 #include "server/collision/box_tree.h"
+#include "server/collision/convex_shape.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
+#include "server/collision/surface.h"
+#include "server/collision/surface_manifolds.h"
 
 namespace cradle {
 namespace {
@@ -36,6 +39,11 @@ const Compound* compound_of(const Collider& C) {
   return std::get_if<Compound>(&C.geometry->value);
 }
 
+/// A convex shape, not one without end.
+bool is_convex(const Collider& C) {
+  return has_inside(C.shape.kind) && (C.shape.kind != ShapeKind::hull || C.hull() != nullptr);
+}
+
 /// Everything that belongs to one pair of bodies.
 struct Search {
   double margin;
@@ -44,6 +52,8 @@ struct Search {
   std::int64_t work = 0;
 
   void add(const Collider& A, const Collider& B, std::uint64_t part);
+  /// A or B is a mesh or a height field.
+  void add_surface(const Collider& A, const Collider& B, bool is_A, std::uint64_t part);
   std::vector<std::int32_t> parts_near(const Compound& compound, const Pose& X_WC,
                                        const Collider& other);
 };
@@ -80,6 +90,20 @@ std::vector<std::int32_t> Search::parts_near(const Compound& compound, const Pos
   return near;
 }
 
+void Search::add_surface(const Collider& A, const Collider& B, bool is_A, std::uint64_t part) {
+  const Collider &surface = is_A ? A : B, &other = is_A ? B : A;
+  const std::size_t begin = manifolds.size();
+  if (other.shape.kind == ShapeKind::half_space) {
+    add_surface_half_space(surface, other, margin, part, manifolds);
+  } else if (is_convex(other)) {
+    add_surface_manifolds(surface, other, margin, part, manifolds);
+  }
+  if (is_A) return;
+  for (std::size_t k = begin; k < manifolds.size(); ++k) {
+    manifolds[k].normal_W = -manifolds[k].normal_W;
+  }
+}
+
 void Search::add(const Collider& A, const Collider& B, std::uint64_t part) {
   if (const Compound* compound = compound_of(A)) {
     for (const std::int32_t i : parts_near(*compound, A.X_WB, B)) {
@@ -98,6 +122,8 @@ void Search::add(const Collider& A, const Collider& B, std::uint64_t part) {
     return;
   }
   ++work;
+  const bool is_A = is_surface(A.shape.kind);
+  if (is_A || is_surface(B.shape.kind)) return add_surface(A, B, is_A, part);
   Manifold manifold = methods.collide(A, B, margin);
   if (manifold.count == 0) return;
   manifold.part = part;
@@ -112,7 +138,7 @@ const PairMethods& pair_methods(bool is_planar) {
   return is_planar ? kOfPlane : kOfSpace;
 }
 
-bool is_composite(ShapeKind kind) { return kind == ShapeKind::compound; }
+bool is_composite(ShapeKind kind) { return kind == ShapeKind::compound || is_surface(kind); }
 
 std::int64_t add_manifolds(const Collider& A, const Collider& B, double margin,
                            std::vector<Manifold>& manifolds, const PairMethods& methods) {

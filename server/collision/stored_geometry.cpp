@@ -14,6 +14,7 @@ namespace cradle {
 ShapeKind StoredGeometry::kind() const {
   static_assert(static_cast<int>(ShapeKind::mesh) == static_cast<int>(ShapeKind::hull) + 1);
   static_assert(static_cast<int>(ShapeKind::compound) == static_cast<int>(ShapeKind::hull) + 2);
+  static_assert(static_cast<int>(ShapeKind::height_field) == static_cast<int>(ShapeKind::hull) + 3);
   if (std::holds_alternative<ConvexPolygon>(value)) return ShapeKind::hull;
   return static_cast<ShapeKind>(static_cast<std::size_t>(ShapeKind::hull) + value.index());
 }
@@ -23,6 +24,7 @@ namespace {
 std::string fault_of(const CompoundPart& part) {
   const ShapeKind kind = part.shape.kind;
   if (kind == ShapeKind::compound) return "is a compound itself";
+  if (kind == ShapeKind::height_field) return "is no solid";
   if (is_stored(kind)) {
     if (!part.geometry || part.geometry->kind() != kind) return "has no geometry";
     const auto* mesh = std::get_if<TriangleMesh>(&part.geometry->value);
@@ -61,6 +63,37 @@ void complete(Compound& compound) {
 }
 
 }  // namespace
+
+MadeGeometry make_height_field(std::int32_t rows, std::int32_t columns, double spacing_x_m,
+                               double spacing_y_m, std::vector<double> heights) {
+  if (rows < 2 || columns < 2) return {nullptr, "has fewer than two rows or columns"};
+  const std::int64_t count = std::int64_t{rows} * columns;
+  if (count > limits::kPoints) return {nullptr, "has too many heights"};
+  if (static_cast<std::int64_t>(heights.size()) != count) {
+    return {nullptr, "has " + std::to_string(heights.size()) + " heights for " +
+                         std::to_string(rows) + " rows of " + std::to_string(columns)};
+  }
+  HeightField field{rows, columns, spacing_x_m, spacing_y_m, std::move(heights)};
+  for (const double spacing : {spacing_x_m, spacing_y_m}) {
+    if (!(spacing >= limits::kSizeMin_m)) return {nullptr, "has cells that are too small"};
+  }
+  if (!(std::fmax(field.x(columns - 1), field.y(rows - 1)) <= limits::kSizeMax_m)) {
+    return {nullptr, "is too large"};
+  }
+  field.lowest = field.highest = field.heights.front();
+  for (std::size_t i = 0; i < field.heights.size(); ++i) {
+    const double z = field.heights[i];
+    if (!(std::abs(z) <= limits::kSizeMax_m)) {
+      const auto width = static_cast<std::size_t>(columns);
+      return {nullptr, "has in row " + std::to_string(i / width) + ", column " +
+                           std::to_string(i % width) +
+                           ", a height that is out of range or no number"};
+    }
+    field.lowest = std::fmin(field.lowest, z);
+    field.highest = std::fmax(field.highest, z);
+  }
+  return {std::make_shared<const StoredGeometry>(StoredGeometry{std::move(field)}), {}};
+}
 
 MadeGeometry make_compound(std::vector<CompoundPart> parts) {
   if (parts.empty()) return {nullptr, "has no parts"};

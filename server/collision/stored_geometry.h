@@ -1,5 +1,5 @@
-/// Geometry that does not fit a Shape: convex hulls, triangle meshes, compounds. Immutable once
-/// made, shared by all bodies that name it, and held by the world under a number.
+/// Geometry that does not fit a Shape: hulls, triangle meshes, compounds, height fields. Immutable
+/// once made, shared by all bodies that name it, and held by the world under a number.
 ///
 /// Lengths in m, in the frame B of the body that has the geometry. Made by the functions below,
 /// which tell in words what is wrong: the reason goes on after "it" or "the points".
@@ -23,11 +23,44 @@ class BoxTree;
 /// Corners of a triangle, counter-clockwise as seen from outside: indices of vertices.
 using Triangle = std::array<std::int32_t, 3>;
 
+/// What bodies on the outer side of a surface can feel of one of its edges.
+enum class EdgeKind : std::uint8_t {
+  inner,   ///< flat or a valley: nothing, the triangles beside it say all
+  ridge,   ///< the surface bends away
+  border,  ///< it ends
+};
+
 /// The solid within a closed surface, or for bodies that do not yield also an open surface.
 struct TriangleMesh {
   std::vector<Vector> vertices;  ///< each place once
   std::vector<Triangle> triangles;
   bool is_closed = false;
+
+  // The rest follows from the above; `complete` makes it.
+  /// Unit, outward; a triangle without area has that of the neighbour at its longest edge, or zero.
+  std::vector<Vector> normals;
+  /// The triangle across the edge from corner k to the next; negative: none.
+  std::vector<std::array<std::int32_t, 3>> neighbours;
+  std::vector<std::array<EdgeKind, 3>> edges;  ///< likewise
+  Aabb box;
+  double reach = 0;                     ///< m, of the farthest vertex from Bo
+  Vector origin = Vector::Zero();       ///< of the boxes in the tree
+  std::shared_ptr<const BoxTree> tree;  ///< over the triangles
+};
+
+/// Ground: heights over a grid that is centred on Bo, in two triangles a cell. Solid below.
+struct HeightField {
+  std::int32_t rows = 0, columns = 0;       ///< at least two of each
+  double spacing_x_m = 0, spacing_y_m = 0;  ///< of columns along x, of rows along y
+  std::vector<double> heights;              ///< m, z; row after row, each along x
+  double lowest = 0, highest = 0;           ///< of them: `make_height_field` makes it
+
+  double x(std::int32_t column) const { return (column - 0.5 * (columns - 1)) * spacing_x_m; }
+  double y(std::int32_t row) const { return (row - 0.5 * (rows - 1)) * spacing_y_m; }
+  double height(std::int32_t row, std::int32_t column) const {
+    return heights[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                   static_cast<std::size_t>(column)];
+  }
 };
 
 /// A convex polyhedron. Faces are convex polygons; none is coplanar with its neighbour.
@@ -88,7 +121,7 @@ struct ConvexPolygon {
 };
 
 struct StoredGeometry {
-  std::variant<ConvexHull, TriangleMesh, Compound, ConvexPolygon> value;
+  std::variant<ConvexHull, TriangleMesh, Compound, HeightField, ConvexPolygon> value;
   ShapeKind kind() const;  ///< of a ConvexPolygon: hull
 };
 
@@ -105,11 +138,20 @@ MadeGeometry make_hull(std::span<const Vector> points);
 /// Fills in what follows from vertices and faces.
 void complete(ConvexHull& hull);
 
+/// Fills in what follows from vertices and triangles, in O(n log n).
+void complete(TriangleMesh& mesh);
+
 /// Vertices at the same place become one; those that no triangle has are left out. Refuses what is
 /// no surface of a solid: triangles that disagree about which side is outside, an edge of three
 /// triangles, a closed surface that is inside out as a whole or in a part, or encloses nothing. An
 /// open surface is taken, with is_closed false.
 MadeGeometry make_mesh(std::span<const Vector> vertices, std::span<const Triangle> triangles);
+
+/// `heights` row after row. Refuses fewer than two rows or columns, too many heights, another
+/// number of them than rows times columns, spacings that are not above 0, and what is not finite or
+/// beyond the limits.
+MadeGeometry make_height_field(std::int32_t rows, std::int32_t columns, double spacing_x_m,
+                               double spacing_y_m, std::vector<double> heights);
 
 /// Refuses no parts, too many, parts that are no solid, compounds of compounds and densities that
 /// are not above 0. Sizes and poses of the parts must have been validated.

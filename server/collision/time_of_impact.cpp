@@ -36,6 +36,7 @@
 #include "server/collision/convex_pair.h"
 #include "server/collision/planar_pairs.h"
 #include "server/collision/planar_shape.h"
+#include "server/collision/surface.h"
 #include "server/collision/turn.h"
 
 namespace cradle {
@@ -52,6 +53,7 @@ constexpr double kToleranceShare = 0.5;  // of the gap; less makes more iteratio
 constexpr double kDeeperShare = 0.25;  // so that two ticks of it are far from the middle of a wall
 
 bool is_convex(const Collider& collider) {
+  if (collider.triangle != nullptr) return true;
   const ShapeKind kind = collider.shape.kind;
   return has_inside(kind) && (kind != ShapeKind::hull || collider.hull() != nullptr);
 }
@@ -129,8 +131,8 @@ class Meeting {
     const Pose X_WA = pose(A_, time), X_WB = pose(B_, time);
     if (is_half_space(A_)) return {X_WA.R.col(2), along(X_WA.R.col(2), X_WA, X_WB)};
     if (is_half_space(B_)) return {-X_WB.R.col(2), along(-X_WB.R.col(2), X_WA, X_WB)};
-    const Collider a{A_.start.shape, X_WA, A_.start.geometry};
-    const Collider b{B_.start.shape, X_WB, B_.start.geometry};
+    const Collider a{A_.start.shape, X_WA, A_.start.geometry, A_.start.triangle};
+    const Collider b{B_.start.shape, X_WB, B_.start.geometry, B_.start.triangle};
     if (is_planar_) return distance_in_plane(a, b);
     const ConvexPair pair(a, b);
     Simplex simplex;
@@ -235,7 +237,7 @@ double thickness(const Collider& collider, bool is_planar) {
     return least;
   }
   if (is_planar) return thickness_in_plane(collider);
-  if (!is_convex(collider)) return kInfinity;
+  if (!is_convex(collider) || collider.triangle != nullptr) return kInfinity;
   const double half = ConvexShape(collider).thickness;
   return half > 0 ? half : kInfinity;
 }
@@ -248,6 +250,10 @@ double reach(const Collider& collider, const Vector& centre) {
       radius = std::max(radius, reach({part.shape, collider.X_WB, part.geometry.get()}, centre_P));
     }
     return radius;
+  }
+  if (collider.triangle != nullptr) {
+    const auto& p = collider.triangle->corners;
+    return std::max({(p[0] - centre).norm(), (p[1] - centre).norm(), (p[2] - centre).norm()});
   }
   const auto* polygon =
       collider.geometry ? std::get_if<ConvexPolygon>(&collider.geometry->value) : nullptr;
@@ -268,6 +274,20 @@ ImpactLengths impact_lengths(double thickness_A, double thickness_B) {
 
 namespace {
 
+/// Leaves in `first` the earlier of both, with the work of both.
+void keep_first(TimeOfImpact& first, TimeOfImpact found) {
+  found.iterations += first.iterations;
+  found.began_touching = found.began_touching || first.began_touching;
+  const bool is_first = found.kind != TimeOfImpact::Kind::none &&
+                        (first.kind == TimeOfImpact::Kind::none || found.time < first.time);
+  if (is_first) {
+    first = found;
+  } else {
+    first.iterations = found.iterations;
+    first.began_touching = found.began_touching;
+  }
+}
+
 /// The earliest of all parts of A. They are as many as a compound has, few.
 template <class F>
 TimeOfImpact earliest(const Compound& compound, const MovingPart& whole, F&& of_part) {
@@ -276,19 +296,51 @@ TimeOfImpact earliest(const Compound& compound, const MovingPart& whole, F&& of_
     const Pose& X = whole.start.X_WB;
     const Pose X_WP{X.x + X.R * part.p_BoPo, X.R * part.q_BP.toRotationMatrix()};
     const Collider collider{part.shape, X_WP, part.geometry.get()};
-    TimeOfImpact found = of_part(MovingPart{collider, whole.path});
-    found.iterations += first.iterations;
-    found.began_touching = found.began_touching || first.began_touching;
-    const bool is_first = found.kind != TimeOfImpact::Kind::none &&
-                          (first.kind == TimeOfImpact::Kind::none || found.time < first.time);
-    if (is_first) {
-      first = found;
-    } else {
-      first.iterations = found.iterations;
-      first.began_touching = found.began_touching;
-    }
+    keep_first(first, of_part(MovingPart{collider, whole.path}));
   }
   return first;
+}
+
+/// A box in the frame of the surface, at its start, that holds the convex part as the surface sees
+/// it go by.
+Aabb box_beside(const MovingPart& surface, const MovingPart& convex) {
+  const Pose &X_S = surface.start.X_WB, &X_C = convex.start.X_WB;
+  const Path &path_S = surface.path, &path_C = convex.path;
+  // A ball about the centre, which moves in a straight line but for the turn of the surface.
+  const Vector centre_C = X_C.R.transpose() * (path_C.x - X_C.x);
+  const double away = (path_C.x - path_S.x).norm() + path_C.travel.norm() + path_S.travel.norm();
+  const double radius = reach(convex.start, centre_C) + path_S.turn.norm() * away +
+                        impact_lengths(thickness(convex.start), kInfinity).gap;
+  const Vector from = X_S.R.transpose() * (path_C.x - X_S.x);
+  const Vector to = from + X_S.R.transpose() * (path_C.travel - path_S.travel);
+  const Vector around = Vector::Constant(1.001 * radius);
+  return {from.cwiseMin(to) - around, from.cwiseMax(to) + around};
+}
+
+/// The earliest of the triangles that the convex part begins in front of.
+template <class F>
+TimeOfImpact earliest_of_surface(const MovingPart& whole, const MovingPart& convex,
+                                 F&& of_triangle) {
+  TimeOfImpact first;
+  const SurfaceView surface(whole.start);
+  if (!surface.is_there() || !is_convex(convex.start)) return first;
+  const Aabb box = box_beside(whole, convex);
+  if (!box.lower.allFinite() || !box.upper.allFinite()) return first;
+  const Pose &X_S = whole.start.X_WB, &X_C = convex.start.X_WB;
+  const Vector centre =
+      X_S.R.transpose() * (X_C.x + X_C.R * ConvexShape(convex.start).centre - X_S.x);
+  static const Shape kTriangle{ShapeKind::mesh, {}};
+  surface.for_each_in(box, [&](std::int32_t number) {
+    const SurfaceTriangle t = surface.triangle(number);
+    if (!(t.normal.dot(centre - t.corners[0]) > 0)) return;
+    const Collider collider{kTriangle, X_S, nullptr, &t};
+    keep_first(first, of_triangle(MovingPart{collider, whole.path}));
+  });
+  return first;
+}
+
+bool is_whole_surface(const MovingPart& part) {
+  return is_surface(part.start.shape.kind) && part.start.triangle == nullptr;
 }
 
 }  // namespace
@@ -304,6 +356,14 @@ TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B, ImpactGoal
     return earliest(*compound, B, [&](const MovingPart& part) {
       return time_of_impact(A, part, kind, is_planar);
     });
+  }
+  if (is_whole_surface(A)) {
+    return earliest_of_surface(
+        A, B, [&](const MovingPart& triangle) { return time_of_impact(triangle, B, kind); });
+  }
+  if (is_whole_surface(B)) {
+    return earliest_of_surface(
+        B, A, [&](const MovingPart& triangle) { return time_of_impact(A, triangle, kind); });
   }
   TimeOfImpact result;
   const auto has_inside = [is_planar](const Collider& collider) {

@@ -66,7 +66,9 @@ enum class ImpactGoal {
   contact  ///< `deeper` than touching, or than at the start: for parts that contacts keep apart
 };
 
-/// Meshes, and two half-spaces, never meet. In planar worlds shapes are those of planar_pairs.h.
+/// Two half-spaces never meet, nor do two surfaces, or a surface and a half-space. Of a surface
+/// those triangles count that the other begins in front of. In planar worlds shapes are those of
+/// planar_pairs.h.
 TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B,
                             ImpactGoal goal = ImpactGoal::gap, bool is_planar = false);
 

@@ -60,6 +60,23 @@ struct CollisionTolerances {
   /// m. A margin that has grown by less asks for no new manifold: the points that would come are
   /// that far from touching. Test of these three: "kept manifolds are as good as fresh ones".
   double kept_margin_m = 1e-3;
+
+  /// Sine of the angle between two triangles of a surface up to which their edge is flat (0.006
+  /// degrees): digits of typed coordinates bend a plane by less, and a ball of the most triangles
+  /// that a mesh may have bends more. Test: "a body slides over a flat mesh without a bump".
+  double flat_sine = 1e-4;
+
+  /// Cosine of the angle between two normals of a surface up to which their contacts are one
+  /// manifold (0.6 degrees). Test: "neighbours that are nearly in one plane make one manifold".
+  double one_manifold_cosine = 0.99995;
+
+  /// A normal may leave the wedge between the normals of the two triangles at an edge, or the cone
+  /// at a vertex, by this sine. Test: "a mesh of a cube behaves as the cube".
+  double wedge_sine = 1e-3;
+
+  /// m, per metre of the coordinates. A point so far outside a triangle is over it, so that no seam
+  /// between two lets one through. Test: "a body slides over a flat mesh without a bump".
+  double seam = 1e-9;
 };
 
 inline constexpr CollisionTolerances kTolerances;

@@ -255,6 +255,7 @@ MadeGeometry make_mesh(std::span<const Vector> vertices, std::span<const Triangl
   mesh.is_closed = find_open(edges) == nullptr;
   if (fault.empty() && mesh.is_closed) fault = solid_fault(mesh, edges);
   if (!fault.empty()) return {nullptr, fault};
+  complete(mesh);
   return {std::make_shared<const StoredGeometry>(StoredGeometry{std::move(mesh)}), {}};
 }
 

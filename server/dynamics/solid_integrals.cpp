@@ -138,6 +138,7 @@ MassDistribution mass_distribution(const Shape& shape, double density_kgpm3) {
     case ShapeKind::hull:
     case ShapeKind::mesh:
     case ShapeKind::compound:
+    case ShapeKind::height_field:
     case ShapeKind::polygon:
       break;
   }

@@ -37,6 +37,13 @@ struct Visitor {
     all.add(std::span(mesh.triangles));
   }
   void operator()(const ConvexPolygon& polygon) const { all.add(std::span(polygon.corners)); }
+  void operator()(const HeightField& field) const {
+    all.add(static_cast<std::uint64_t>(field.rows));
+    all.add(static_cast<std::uint64_t>(field.columns));
+    all.add(std::span<const double>(&field.spacing_x_m, 1));
+    all.add(std::span<const double>(&field.spacing_y_m, 1));
+    all.add(std::span(field.heights));
+  }
   void operator()(const Compound& compound) const {
     all.add(compound.parts.size());
     for (const CompoundPart& part : compound.parts) {

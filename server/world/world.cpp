@@ -8,6 +8,7 @@
 #include "server/collision/bounds.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
+#include "server/collision/surface.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
@@ -253,6 +254,11 @@ StepReport World::Steps::report(const State& s) {
   report.impact_searches = s.fast.searches;
   report.stopped_at_impact = s.fast.stopped;
   report.impacts_unresolved = s.fast.unresolved;
+  for (std::size_t k = 0; k < s.composites_used; ++k) {
+    const BodyPair& pair = s.pairs[s.composites[k].pair];
+    report.surfaces_passing += is_surface(s.bodies.shape[index(pair.a)].kind) &&
+                               is_surface(s.bodies.shape[index(pair.b)].kind);
+  }
   return report;
 }
 

@@ -49,6 +49,8 @@ struct StepReport {
   /// Of the searches, those that ended early at a safe time, and bodies that stayed where they were
   /// because those around them went on stopping each other.
   int impacts_unresolved = 0;
+  /// Pairs of two meshes or height fields whose boxes overlap: these touch nothing.
+  int surfaces_passing = 0;
 };
 
 /// Sums over dynamic bodies, in W, about the world's origin. For checks; nothing in a step uses it.

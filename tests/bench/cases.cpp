@@ -23,6 +23,8 @@ constexpr Case kCases[] = {
      "rotational energy, relative", "a million of them"},
     {"T4p", "bench_free_planar.toml", 110.0 / 60, kTenTicks_s, drift_of_rotational_energy,
      "rotational energy, relative", "100 000 of them in a planar world"},
+    {"T5", "bench_terrain.toml", 5, 0, bodies_below_terrain, "bodies that went below the terrain",
+     "3000 bodies of four shapes dropped on a mesh", 30},
     {"A1", "bench_projectile.toml", 10, kTenTicks_s, distance_from_parabola,
      "max distance from the parabola, m", "a projectile"},
     {"A2", "bench_torque_free.toml", 60, kTenTicks_s, drift_of_tumbling,

@@ -17,6 +17,9 @@ struct Case {
   std::unique_ptr<Measure> (*measure)(const Scene&);
   std::string_view error_kind;
   std::string_view about;
+  /// Penetration is looked for at each so-manieth tick and the last: the check of hulls takes
+  /// longer than the tick, and leaves cold caches behind.
+  int ticks_a_look = 1;
 };
 
 /// In the order in which they are listed and run.

@@ -96,7 +96,8 @@ struct OfGeometry {
     }
     return sum;
   }
-  Moments operator()(const ConvexPolygon&) const { return {}; }  // no solid
+  Moments operator()(const HeightField&) const { return {}; }  // no solids
+  Moments operator()(const ConvexPolygon&) const { return {}; }
   Moments operator()(const Compound& compound) const {
     Moments sum;
     for (const CompoundPart& part : compound.parts) {

@@ -16,7 +16,7 @@ namespace cradle::bench {
 struct Observation {
   double time_s = 0;                  ///< since the start
   std::span<const BodyState> states;  ///< one for each of Scene::bodies, in their order
-  Penetration penetration;            ///< by our own check of these poses
+  Penetration penetration;            ///< by our own check, at the last tick looked at
 };
 
 /// Watches one run. Made from the scene, which also tells where everything starts.
@@ -65,6 +65,9 @@ std::unique_ptr<Measure> acceleration_on_slope(const Scene& scene);
 std::unique_ptr<Measure> displacement(const Scene& scene);
 std::unique_ptr<Measure> horizontal_drift(const Scene& scene);
 std::unique_ptr<Measure> mean_penetration_at_end(const Scene& scene);
+
+// terrain.cpp
+std::unique_ptr<Measure> bodies_below_terrain(const Scene& scene);
 
 // impact.cpp
 std::unique_ptr<Measure> cradle_speeds(const Scene& scene);

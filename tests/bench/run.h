@@ -31,7 +31,7 @@ struct Row {
   std::string error_kind;
   std::optional<double> energy_drift;    ///< Drift::energy
   std::optional<double> momentum_drift;  ///< Drift::momentum
-  double penetration_max_m = 0;          ///< at any tick
+  double penetration_max_m = 0;          ///< at any tick that was looked at
   double penetration_mean_m = 0;         ///< after the last tick
   std::string hash;                      ///< of the world after the last tick, hexadecimal
 };

@@ -92,7 +92,7 @@ TEST_CASE("hulls, meshes and compounds are read, and numbered in the order of th
   std::vector<Event> events = run.world().take_events();
   CHECK(events.at(3).mass_kg == Approx(9000));
   CHECK(events.at(3).p_BoBcm.x == Approx(5.25 / 9));
-  CHECK(run.world().not_colliding_count() == 1);  // the mesh
+  CHECK(run.world().not_colliding_count() == 0);
 }
 
 TEST_CASE("the bodies of a lattice share their geometry") {
@@ -246,8 +246,58 @@ TEST_CASE("shapes that are none are refused with line, reason and body") {
     CAPTURE(text);
     CHECK_THAT(scene_refusal(text), StartsWith(refusal));
   }
+  const std::string field = "[[body]]\nname = 'b'\nkind = 'static'\nshape = 'height_field'\n";
+  const std::pair<std::string, std::string> fields[] = {
+      {field + "spacing_m = [1, 1]", "x.toml:4: shape: needs heights_m or file"},
+      {field + "heights_m = [[0, 0], [0, 0]]", "x.toml:4: shape: needs spacing_m"},
+      {field + "spacing_m = [1, 1]\nheights_m = [[0, 0], [0]]",
+       "x.toml:6: heights_m: row 1 has 1 heights, and row 0 has 2 (body \"b\")"},
+      {field + "spacing_m = [1, 1]\nheights_m = [[0, 0]]",
+       "x.toml:6: heights_m: the height field has fewer than two rows or columns"},
+      {field + "spacing_m = [1, 1]\nheights_m = [[0, nan], [0, 0]]",
+       "x.toml:6: heights_m: the height field has in row 0, column 1, a height that is out of "
+       "range"},
+      {field + "spacing_m = [1, 0]\nheights_m = [[0, 0], [0, 0]]",
+       "x.toml:6: heights_m: the height field has cells that are too small"},
+      {field + "spacing_m = [1, 1]\nheights_m = [[0, 'x'], [0, 0]]",
+       "x.toml:6: heights_m: must be lists of numbers, not of type string"},
+      {field + "spacing_m = [1, 1]\nheights_m = [0, 0]",
+       "x.toml:6: heights_m: must be lists of numbers"},
+      {field + "spacing_m = [1, 1]\npoints_m = [[0, 0, 0]]\nheights_m = [[0, 0], [0, 0]]",
+       "x.toml:6: points_m: this shape has none"},
+      {field + "spacing_m = [1, 1]\nfile = 'no/such.txt'", "x.toml:6: file: no/such.txt: No such"},
+      {body + "'sphere'\nradius_m = 1\nheights_m = [[0]]", "x.toml:5: heights_m: this shape has"},
+      {body + "'sphere'\nradius_m = 1\nspacing_m = [1, 1]", "x.toml:5: spacing_m: this shape has"},
+      {body + "'height_field'\nspacing_m = [1, 1]\nheights_m = [[0, 0], [0, 0]]",
+       "x.toml:3: shape: a height_field must not be dynamic (body \"b\")"},
+  };
+  for (const auto& [text, refusal] : fields) {
+    CAPTURE(text);
+    CHECK_THAT(scene_refusal(text), StartsWith(refusal));
+  }
   // A body that is not dynamic may have an open surface: terrain.
   CHECK(scene_refusal("[[body]]\nkind = 'static'\nshape = 'mesh'\n" + open).empty());
+}
+
+TEST_CASE("a height field from a file is the one from the scene") {
+  const Folder folder;
+  folder.write("heights.txt", "# three rows\n0 0.5, 1 \r\n\n-1 0 2e-1\n1 1 1\n");
+  const std::string head =
+      "[[body]]\nkind = 'static'\nshape = 'height_field'\nspacing_m = [2, 1]\n";
+  const Scene from_file = load_scene(folder.write("file.toml", head + "file = 'heights.txt'\n"));
+  const Scene inside = load_scene(
+      folder.write("inside.toml", head + "heights_m = [[0, 0.5, 1], [-1, 0, 0.2], [1, 1, 1]]\n"));
+  for (const Scene* scene : {&from_file, &inside}) {
+    const auto& field = std::get<HeightField>(scene->geometries.at(0)->value);
+    CHECK(field.rows == 3);
+    CHECK(field.columns == 3);
+    CHECK(field.x(2) == 2);
+    CHECK(field.y(0) == -1);
+    CHECK(field.height(1, 2) == 0.2);
+    CHECK(field.lowest == -1);
+    CHECK(field.highest == 1);
+  }
+  CHECK_THROWS_WITH(parse_heights("1 2\n3 x\n", "h.txt"), "h.txt:2: 'x' is no number");
 }
 
 }  // namespace cradle

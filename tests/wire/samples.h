@@ -116,7 +116,7 @@ class Samples {
     return text;
   }
   Shape shape() {
-    Shape s{one_of(ShapeKind::compound), {}};
+    Shape s{one_of(ShapeKind::height_field), {}};
     for (double& p : s.parameters) p = number();
     return s;
   }

@@ -45,8 +45,8 @@ inline constexpr std::int64_t kStepsPerCommand = 1'000'000;
 // World; the configuration may set lower ones.
 inline constexpr std::int64_t kBodies = 1'000'000;
 inline constexpr std::int64_t kWrenches = 1'000'000;
-inline constexpr std::int64_t kGeometries = 65'536;  ///< hulls, meshes and compounds that it holds
-inline constexpr std::int64_t kPoints = 4'000'000;   ///< of a hull or a mesh
+inline constexpr std::int64_t kGeometries = 65'536;  ///< hulls, meshes, ... that it holds
+inline constexpr std::int64_t kPoints = 4'000'000;   ///< of a hull, a mesh or a height field
 inline constexpr std::int64_t kTriangles = 4'000'000;
 inline constexpr std::int64_t kParts = 4096;  ///< of a compound
 inline constexpr int kCorners = 64;           ///< of a polygon of a scene

@@ -59,18 +59,18 @@ enum class ShapeKind : std::int64_t {
   cylinder = 5,
   cone = 6,
   ellipsoid = 7,
-  hull = 8,       ///< convex, of points; like the next two: geometry that the world holds by number
-  mesh = 9,       ///< a surface of triangles
-  compound = 10,  ///< posed shapes, each with its density
-  // 11 is kept for height fields.
-  polygon = 12,  ///< convex, of three or four corners; for planar worlds alone
+  hull = 8,  ///< convex, of points; like the next three: geometry that the world holds by number
+  mesh = 9,  ///< a surface of triangles
+  compound = 10,      ///< posed shapes, each with its density
+  height_field = 11,  ///< a grid of heights
+  polygon = 12,       ///< convex, of three or four corners; for planar worlds alone
 };
 
 /// The word for it in scenes and at the command line; "unknown" for other numbers.
 constexpr std::string_view word_of(ShapeKind kind) {
   constexpr std::array<std::string_view, 13> kNames = {
-      "none",      "sphere", "box",  "half_space", "capsule", "cylinder", "cone",
-      "ellipsoid", "hull",   "mesh", "compound",   "unknown", "polygon"};
+      "none",      "sphere", "box",  "half_space", "capsule",      "cylinder", "cone",
+      "ellipsoid", "hull",   "mesh", "compound",   "height_field", "polygon"};
   const auto index = static_cast<std::uint64_t>(kind);
   return index < kNames.size() ? kNames[index] : "unknown";
 }
@@ -94,7 +94,7 @@ constexpr std::size_t size_count(ShapeKind kind) {
 
 /// True if a shape's only parameter is the number of a geometry that its world holds, from 1 on.
 constexpr bool is_stored(ShapeKind kind) {
-  return kind >= ShapeKind::hull && kind <= ShapeKind::compound;
+  return kind >= ShapeKind::hull && kind <= ShapeKind::height_field;
 }
 
 /// Geometry in the body frame, immutable.
@@ -132,7 +132,7 @@ struct Shape {
   static Shape polygon(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
     return {ShapeKind::polygon, {a.x, a.y, b.x, b.y, c.x, c.y, d.x, d.y}};
   }
-  /// A hull, mesh or compound of the world's scene, by the number that events show.
+  /// A hull, mesh, compound or height field of the world's scene, by the number that events show.
   static Shape stored(ShapeKind kind, std::int64_t number) {
     return {kind, {static_cast<double>(number)}};
   }

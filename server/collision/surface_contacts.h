@@ -1,0 +1,95 @@
+/// Where a convex shape touches single triangles of a surface. Private to this folder.
+///
+/// Everything in the frame S of the surface, m. C is the convex shape.
+#pragma once
+
+#include <vector>
+
+#include "server/collision/support_feature.h"
+#include "server/collision/surface.h"
+
+namespace cradle {
+
+/// One point, with the normal of its own.
+struct SurfaceContact {
+  Vector normal;      ///< unit, out of the surface
+  Vector p;           ///< midway between the two surfaces along the normal
+  double separation;  ///< along the normal
+  std::uint32_t name;
+  bool is_doubtful = false;  ///< along a normal that is only known to be one of the surface
+  std::uint64_t edge = 0;    ///< of a contact with an edge: which; else 0
+  double least = 0;          ///< of such a contact: separation by the direction that was found
+};
+
+/// C over one triangle after the other.
+class SurfaceContactFinder {
+ public:
+  /// `X_SC` is the convex collider's pose in S. Contacts are appended to `contacts`.
+  SurfaceContactFinder(const SurfaceView& surface, const Collider& convex, const Pose& X_SC,
+                       double margin, std::vector<SurfaceContact>& contacts);
+
+  void add(const SurfaceTriangle& triangle);
+
+  /// Whether C reached through a triangle from behind, and was not stopped for that.
+  bool came_from_behind() const { return came_from_behind_; }
+
+  /// C against all of the half-space behind the triangle's plane.
+  void add_plane(const SurfaceTriangle& triangle);
+
+  /// C's middle.
+  const Vector& centre() const { return centre_; }
+
+  /// To be called after the last triangle: takes out what other triangles tell better.
+  void settle();
+
+  /// Contacts nearer to each other than this are one, m.
+  double same_place() const { return scale_ * kTolerances.clip_slack_m; }
+
+ private:
+  struct Over;
+  /// What of a triangle is nearest to C, along a normal of the surface; none: along no such.
+  enum class Nearest { beyond, face, edge, none };
+
+  SupportFeature part_towards(const Vector& n) const;
+  void add_sphere(const SurfaceTriangle& t);
+  void add_face_points(const SurfaceTriangle& t, const Over& over, bool corners_only, double least);
+  void add_vertices(const SurfaceTriangle& t, const Over& over, const SupportFeature& face);
+  struct Touch;
+  void add_face_of_least(const SurfaceTriangle& t, const Over& over, const Touch& touch);
+  bool add_edge_or_vertex(const SurfaceTriangle& t, Touch& touch);
+  Nearest add_nearest(const SurfaceTriangle& t, const Over& over, double& least);
+  void add_point(const Vector& normal, const Vector& p, double separation, std::uint32_t name) {
+    if (separation <= margin_) contacts_.push_back({normal, p, separation, name});
+  }
+  void mark_doubtful(std::size_t begin) {
+    for (std::size_t i = begin; i < contacts_.size(); ++i) contacts_[i].is_doubtful = true;
+  }
+
+  const SurfaceView& surface_;
+  const ConvexShape shape_;
+  const Pose X_SC_;
+  const Vector centre_;
+  const double margin_;
+  const double seam_;   ///< m
+  const double scale_;  ///< of tolerances that shrink with thin shapes
+  std::vector<SurfaceContact>& contacts_;
+  std::vector<bool> wrong_;
+  bool came_from_behind_ = false;
+};
+
+std::uint32_t name_of_corner(std::uint32_t name);                     ///< of C
+std::uint32_t name_of_vertex(std::int32_t v);                         ///< of the surface
+std::uint32_t name_of_edge(const SurfaceTriangle& t, std::size_t k);  ///< 15 bits
+
+/// Of the triangle, to any point.
+Vector nearest_point(const SurfaceTriangle& t, const Vector& p);
+
+/// Whether a body at the direction `m`, unit, from the triangle's edge k feels that edge: it is no
+/// inner one, and none of the triangles beside it is nearer.
+bool admits_edge(const SurfaceView& surface, const SurfaceTriangle& t, std::size_t k,
+                 const Vector& m, double sine);
+/// Likewise the vertex at corner k.
+bool admits_vertex(const SurfaceView& surface, const SurfaceTriangle& t, std::size_t k,
+                   const Vector& m, double sine);
+
+}  // namespace cradle

@@ -1,0 +1,211 @@
+// The contacts of a convex shape with the triangles of a surface, put together to manifolds.
+//
+// Contacts whose normals are nearly the same make one manifold; of those at one place one is left,
+// and of more than four the four that carry most. A manifold is named by the direction of its
+// normal in the surface's frame, to 40 degrees or so; and where a body touches twice in such a
+// range, by a number.
+#include "server/collision/surface_manifolds.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/bounds.h"
+#include "server/collision/four_points.h"
+#include "server/collision/surface_contacts.h"
+
+namespace cradle {
+namespace {
+
+/// Twelve directions all around: the corners of an icosahedron, turned at random so that the
+/// directions of built things are not midway between two.
+constexpr double kDirections[12][3] = {
+    {0.061, 0.880, -0.471},  {0.889, 0.237, -0.391},   {0.073, -0.030, -0.997},
+    {0.807, -0.288, 0.516},  {-0.514, -0.721, -0.464}, {-0.534, 0.752, 0.387},
+    {-0.807, 0.288, -0.516}, {0.514, 0.721, 0.464},    {0.534, -0.752, -0.387},
+    {-0.061, -0.880, 0.471}, {-0.889, -0.237, 0.391},  {-0.073, 0.030, 0.997},
+};
+
+std::uint64_t code_of(const Vector& n) {
+  std::uint64_t best = 0;
+  double most = -2;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const auto& d = kDirections[i];
+    const double along = d[0] * n.x() + d[1] * n.y() + d[2] * n.z();
+    if (along > most) most = along, best = i;
+  }
+  return best;
+}
+
+/// A contact with its place across the normal, for the choice of four.
+struct Candidate {
+  Vector p;
+  const SurfaceContact* contact;
+};
+
+/// Room that is used again.
+struct Room {
+  std::vector<SurfaceContact> contacts;
+  std::vector<std::uint32_t> order;  ///< of contacts, the deepest first
+  std::vector<std::uint32_t> members;
+  std::vector<Candidate> candidates;
+};
+
+/// The contacts in `members` as one manifold of normal `n`, in S.
+void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& manifold) {
+  const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
+  const Vector x = helper.cross(n).normalized(), y = n.cross(x);
+  room.candidates.clear();
+  for (const std::uint32_t i : room.members) {
+    const SurfaceContact& c = room.contacts[i];
+    room.candidates.push_back({{x.dot(c.p), y.dot(c.p), c.separation}, &c});
+  }
+  // By name, so that rounding does not choose.
+  std::sort(
+      room.candidates.begin(), room.candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.contact->name < b.contact->name; });
+  std::span<Candidate> chosen(room.candidates);
+  if (chosen.size() > kManifoldPoints) {
+    bring_best_four(chosen);
+    chosen = chosen.first(kManifoldPoints);
+  }
+  manifold.normal_W = X_WS.R * n;
+  manifold.count = static_cast<int>(chosen.size());
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const SurfaceContact& c = *chosen[k].contact;
+    std::uint32_t name = c.name;
+    for (std::size_t i = 0; i < k; ++i) {
+      if (manifold.points[i].feature == name) name += 2, i = static_cast<std::size_t>(-1);
+    }
+    manifold.points[k] = {X_WS.x + X_WS.R * c.p, c.separation, name};
+  }
+}
+
+/// Groups the contacts, the deepest first, which gives its group the normal.
+void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
+           std::vector<Manifold>& manifolds) {
+  const std::vector<SurfaceContact>& all = room.contacts;
+  room.order.resize(all.size());
+  for (std::uint32_t i = 0; i < room.order.size(); ++i) room.order[i] = i;
+  std::stable_sort(room.order.begin(), room.order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return all[a].separation < all[b].separation;
+  });
+  std::array<std::uint32_t, 12> used{};
+  while (!room.order.empty()) {
+    const Vector n = all[room.order.front()].normal;
+    room.members.clear();
+    const auto rest = std::remove_if(room.order.begin(), room.order.end(), [&](std::uint32_t i) {
+      if (all[i].normal.dot(n) < kTolerances.one_manifold_cosine) return false;
+      const bool is_there = std::ranges::any_of(room.members, [&](std::uint32_t j) {
+        return (all[i].p - all[j].p).squaredNorm() < same_place * same_place;
+      });
+      if (!is_there) room.members.push_back(i);
+      return true;
+    });
+    room.order.erase(rest, room.order.end());
+    const std::uint64_t code = code_of(n);
+    Manifold manifold;
+    manifold.part = part | code << 28 | used[code]++;
+    write_manifold(n, X_WS, room, manifold);
+    manifolds.push_back(manifold);
+  }
+}
+
+/// The triangle that is nearest to `p`, a point inside a closed mesh; negative if p is outside.
+std::int32_t nearest_around(const SurfaceView& surface, const Vector& p, double first_reach) {
+  const Aabb whole = surface.box();
+  if (!(p.array() >= whole.lower.array()).all() || !(p.array() <= whole.upper.array()).all()) {
+    return -1;
+  }
+  const double size = (whole.upper - whole.lower).maxCoeff();
+  for (double reach = first_reach;; reach *= 2) {
+    double least = std::numeric_limits<double>::infinity(), side = 0;
+    std::int32_t nearest = -1;
+    const Vector half = Vector::Constant(reach);
+    surface.for_each_in({p - half, p + half}, [&](std::int32_t number) {
+      const SurfaceTriangle t = surface.triangle(number);
+      const Vector d = p - nearest_point(t, p);
+      const double distance = d.norm(), height = t.normal.dot(d);
+      // At an edge all its triangles are as near: the one that p is most before or behind tells
+      // the side.
+      const double tie = kTolerances.seam * (1 + distance);
+      const bool is_as_near = distance < least + tie && std::abs(height) > std::abs(side);
+      if (distance > least - tie && !is_as_near) return;
+      least = std::min(least, distance), side = height, nearest = number;
+    });
+    if (nearest >= 0 && (least <= reach || reach > size)) return side < 0 ? nearest : -1;
+    if (reach > size) return -1;
+  }
+}
+
+/// C's middle may be in the solid behind the surface: out by the shortest way, then, and nothing
+/// else counts.
+void push_out(const SurfaceView& surface, SurfaceContactFinder& finder, double reach,
+              std::vector<SurfaceContact>& contacts) {
+  const Vector& c = finder.centre();
+  std::int32_t number = -1;
+  if (surface.field() != nullptr) {
+    number = surface.triangle_at(c.x(), c.y());
+    if (number >= 0) {
+      const SurfaceTriangle t = surface.triangle(number);
+      if (t.normal.dot(c - t.corners[0]) >= 0) number = -1;
+    }
+  } else if (surface.mesh()->is_closed) {
+    number = nearest_around(surface, c, reach);
+  }
+  if (number < 0) return;
+  contacts.clear();
+  finder.add_plane(surface.triangle(number));
+}
+
+Room& room_of_thread() {
+  thread_local Room room;
+  room.contacts.clear();
+  return room;
+}
+
+bool is_finite(const Pose& X) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return X.x.squaredNorm() < kInfinity && X.R.squaredNorm() < kInfinity;
+}
+
+}  // namespace
+
+void add_surface_manifolds(const Collider& collider, const Collider& convex, double margin,
+                           std::uint64_t part, std::vector<Manifold>& manifolds) {
+  const SurfaceView surface(collider);
+  const Pose& X_WS = collider.X_WB;
+  const Pose X_SC{X_WS.R.transpose() * (convex.X_WB.x - X_WS.x),
+                  X_WS.R.transpose() * convex.X_WB.R};
+  if (!surface.is_there() || !is_finite(X_SC)) return;
+  Room& room = room_of_thread();
+  SurfaceContactFinder finder(surface, convex, X_SC, margin, room.contacts);
+  const Aabb box = bounds(Collider{convex.shape, X_SC, convex.geometry});
+  surface.for_each_in(swept(box, Vector::Zero(), margin),
+                      [&](std::int32_t t) { finder.add(surface.triangle(t)); });
+  finder.settle();
+  if (finder.came_from_behind() || room.contacts.empty()) {
+    push_out(surface, finder, (box.upper - box.lower).maxCoeff(), room.contacts);
+  }
+  group(X_WS, finder.same_place(), part, room, manifolds);
+}
+
+void add_surface_half_space(const Collider& collider, const Collider& half_space, double margin,
+                            std::uint64_t part, std::vector<Manifold>& manifolds) {
+  const SurfaceView surface(collider);
+  const Pose& X_WS = collider.X_WB;
+  const Vector up_W = half_space.X_WB.R.col(2);
+  const Vector up = X_WS.R.transpose() * up_W;
+  const double offset = up_W.dot(X_WS.x - half_space.X_WB.x);
+  if (surface.mesh() == nullptr || !is_finite(X_WS) || !std::isfinite(offset)) return;
+  Room& room = room_of_thread();
+  const std::vector<Vector>& vertices = surface.mesh()->vertices;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const double s = up.dot(vertices[v]) + offset;
+    if (s > margin) continue;
+    room.contacts.push_back(
+        {-up, vertices[v] - up * (0.5 * s), s, name_of_vertex(static_cast<std::int32_t>(v))});
+  }
+  group(X_WS, 0, part, room, manifolds);
+}
+
+}  // namespace cradle

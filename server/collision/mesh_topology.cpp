@@ -121,6 +121,19 @@ void plant_tree(TriangleMesh& mesh) {
   mesh.tree = tree;
 }
 
+void measure_thickness(TriangleMesh& mesh) {
+  if (!mesh.is_closed) return;
+  double volume = 0, area = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vector a = mesh.vertices[index(t[0])] - mesh.origin,
+                 b = mesh.vertices[index(t[1])] - mesh.origin,
+                 c = mesh.vertices[index(t[2])] - mesh.origin;
+    volume += a.dot(b.cross(c)) / 6;
+    area += 0.5 * (b - a).cross(c - a).norm();
+  }
+  mesh.thickness = std::max(0.0, volume / area);
+}
+
 }  // namespace
 
 EdgeKind kind_of_edge(const Vector& n, const Vector& n_beyond, const Vector& edge) {
@@ -135,6 +148,7 @@ void complete(TriangleMesh& mesh) {
   find_normals(mesh);
   find_edges(mesh);
   plant_tree(mesh);
+  measure_thickness(mesh);
 }
 
 }  // namespace cradle

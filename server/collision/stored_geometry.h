@@ -44,6 +44,7 @@ struct TriangleMesh {
   std::vector<std::array<EdgeKind, 3>> edges;  ///< likewise
   Aabb box;
   double reach = 0;                     ///< m, of the farthest vertex from Bo
+  double thickness = 0;                 ///< m, closed: volume by area, a plate's half; open: 0
   Vector origin = Vector::Zero();       ///< of the boxes in the tree
   std::shared_ptr<const BoxTree> tree;  ///< over the triangles
 };

@@ -50,6 +50,8 @@ constexpr double kGapShare = 0.02;
 constexpr double kGapMax_m = 5e-4;  // well within the margin of contacts
 constexpr double kTouchShare = 0.02;
 constexpr double kToleranceShare = 0.5;  // of the gap; less makes more iterations
+/// Of the radius of a surface without inside. What goes farther than this may pass small bodies.
+constexpr double kOpenShare = 0.02;
 constexpr double kDeeperShare = 0.25;  // so that two ticks of it are far from the middle of a wall
 
 bool is_convex(const Collider& collider) {
@@ -227,6 +229,32 @@ Pose moved(const Path& path, const Pose& X_WP, double time) {
   return X;
 }
 
+namespace {
+
+/// Of a whole mesh or height field, or of what is behind one triangle of it.
+double thickness_of_surface(const Collider& collider) {
+  if (collider.geometry == nullptr) return kInfinity;
+  const auto* mesh = std::get_if<TriangleMesh>(&collider.geometry->value);
+  if (mesh != nullptr && mesh->thickness > 0) return mesh->thickness;
+  if (collider.triangle != nullptr) return kInfinity;
+  return kOpenShare * bounding_radius(*collider.geometry);
+}
+
+double reach_of_surface(const StoredGeometry& geometry, const Vector& centre) {
+  const auto* mesh = std::get_if<TriangleMesh>(&geometry.value);
+  if (mesh == nullptr) return bounding_radius(geometry) + centre.norm();
+  double radius2 = 0;
+  for (const Vector& p : mesh->vertices) radius2 = std::max(radius2, (p - centre).squaredNorm());
+  return std::sqrt(radius2);
+}
+
+bool has_surface(const Collider& collider) {
+  return is_surface(collider.shape.kind) && collider.triangle == nullptr &&
+         collider.geometry != nullptr;
+}
+
+}  // namespace
+
 double thickness(const Collider& collider, bool is_planar) {
   if (const Compound* compound = compound_of(collider)) {
     double least = kInfinity;
@@ -237,7 +265,8 @@ double thickness(const Collider& collider, bool is_planar) {
     return least;
   }
   if (is_planar) return thickness_in_plane(collider);
-  if (!is_convex(collider) || collider.triangle != nullptr) return kInfinity;
+  if (is_surface(collider.shape.kind)) return thickness_of_surface(collider);
+  if (!is_convex(collider)) return kInfinity;
   const double half = ConvexShape(collider).thickness;
   return half > 0 ? half : kInfinity;
 }
@@ -255,6 +284,7 @@ double reach(const Collider& collider, const Vector& centre) {
     const auto& p = collider.triangle->corners;
     return std::max({(p[0] - centre).norm(), (p[1] - centre).norm(), (p[2] - centre).norm()});
   }
+  if (has_surface(collider)) return reach_of_surface(*collider.geometry, centre);
   const auto* polygon =
       collider.geometry ? std::get_if<ConvexPolygon>(&collider.geometry->value) : nullptr;
   if (polygon != nullptr) return bounding_radius(*collider.geometry) + centre.norm();
@@ -301,21 +331,41 @@ TimeOfImpact earliest(const Compound& compound, const MovingPart& whole, F&& of_
   return first;
 }
 
-/// A box in the frame of the surface, at its start, that holds the convex part as the surface sees
-/// it go by.
-Aabb box_beside(const MovingPart& surface, const MovingPart& convex) {
-  const Pose &X_S = surface.start.X_WB, &X_C = convex.start.X_WB;
-  const Path &path_S = surface.path, &path_C = convex.path;
-  // A ball about the centre, which moves in a straight line but for the turn of the surface.
-  const Vector centre_C = X_C.R.transpose() * (path_C.x - X_C.x);
-  const double away = (path_C.x - path_S.x).norm() + path_C.travel.norm() + path_S.travel.norm();
-  const double radius = reach(convex.start, centre_C) + path_S.turn.norm() * away +
-                        impact_lengths(thickness(convex.start), kInfinity).gap;
-  const Vector from = X_S.R.transpose() * (path_C.x - X_S.x);
-  const Vector to = from + X_S.R.transpose() * (path_C.travel - path_S.travel);
-  const Vector around = Vector::Constant(1.001 * radius);
-  return {from.cwiseMin(to) - around, from.cwiseMax(to) + around};
-}
+/// A ball on a straight way, in the frame of the surface at its start, that holds the convex part
+/// as the surface sees it go by.
+struct BallBeside {
+  Vector from, to;
+  double radius;
+
+  BallBeside(const MovingPart& surface, const MovingPart& convex) {
+    const Pose &X_S = surface.start.X_WB, &X_C = convex.start.X_WB;
+    const Path &path_S = surface.path, &path_C = convex.path;
+    // About the part's centre, whose way is straight but for the turn of the surface.
+    const Vector centre_C = X_C.R.transpose() * (path_C.x - X_C.x);
+    const double away = (path_C.x - path_S.x).norm() + path_C.travel.norm() + path_S.travel.norm();
+    const ImpactLengths lengths = impact_lengths(thickness(convex.start), kInfinity);
+    radius = 1.001 * (reach(convex.start, centre_C) + path_S.turn.norm() * away + lengths.gap +
+                      lengths.tolerance);
+    from = X_S.R.transpose() * (path_C.x - X_S.x);
+    to = from + X_S.R.transpose() * (path_C.travel - path_S.travel);
+  }
+
+  Aabb box() const {
+    const Vector around = Vector::Constant(radius);
+    return {from.cwiseMin(to) - around, from.cwiseMax(to) + around};
+  }
+  /// Whether it may come near the plane of a triangle, within its edges.
+  bool may_meet(const SurfaceTriangle& t) const {
+    const double a = t.normal.dot(from - t.corners[0]), b = t.normal.dot(to - t.corners[0]);
+    if (std::min(a, b) > radius || std::max(a, b) < -radius) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector inward = t.normal.cross(t.edge(k));
+      const Vector& p = t.corners[k];
+      if (std::max(inward.dot(from - p), inward.dot(to - p)) < -radius) return false;
+    }
+    return true;
+  }
+};
 
 /// The earliest of the triangles that the convex part begins in front of.
 template <class F>
@@ -324,7 +374,8 @@ TimeOfImpact earliest_of_surface(const MovingPart& whole, const MovingPart& conv
   TimeOfImpact first;
   const SurfaceView surface(whole.start);
   if (!surface.is_there() || !is_convex(convex.start)) return first;
-  const Aabb box = box_beside(whole, convex);
+  const BallBeside ball(whole, convex);
+  const Aabb box = ball.box();
   if (!box.lower.allFinite() || !box.upper.allFinite()) return first;
   const Pose &X_S = whole.start.X_WB, &X_C = convex.start.X_WB;
   const Vector centre =
@@ -332,15 +383,11 @@ TimeOfImpact earliest_of_surface(const MovingPart& whole, const MovingPart& conv
   static const Shape kTriangle{ShapeKind::mesh, {}};
   surface.for_each_in(box, [&](std::int32_t number) {
     const SurfaceTriangle t = surface.triangle(number);
-    if (!(t.normal.dot(centre - t.corners[0]) > 0)) return;
-    const Collider collider{kTriangle, X_S, nullptr, &t};
+    if (!(t.normal.dot(centre - t.corners[0]) > 0) || !ball.may_meet(t)) return;
+    const Collider collider{kTriangle, X_S, whole.start.geometry, &t};
     keep_first(first, of_triangle(MovingPart{collider, whole.path}));
   });
   return first;
-}
-
-bool is_whole_surface(const MovingPart& part) {
-  return is_surface(part.start.shape.kind) && part.start.triangle == nullptr;
 }
 
 }  // namespace
@@ -357,11 +404,11 @@ TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B, ImpactGoal
       return time_of_impact(A, part, kind, is_planar);
     });
   }
-  if (is_whole_surface(A)) {
+  if (has_surface(A.start)) {
     return earliest_of_surface(
         A, B, [&](const MovingPart& triangle) { return time_of_impact(triangle, B, kind); });
   }
-  if (is_whole_surface(B)) {
+  if (has_surface(B.start)) {
     return earliest_of_surface(
         B, A, [&](const MovingPart& triangle) { return time_of_impact(A, triangle, kind); });
   }

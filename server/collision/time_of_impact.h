@@ -39,11 +39,12 @@ struct ImpactLengths {
 /// Of the thinner of two parts. What has no thickness (a half-space, a triangle) leaves it to the
 /// other.
 ImpactLengths impact_lengths(double thickness_A, double thickness_B);
-/// Half the least width of a convex shape, or of the thinnest part, m; infinite where there is none
-/// to keep.
+/// Half the least width of a convex shape, or of the thinnest part, m; of a closed mesh its volume
+/// by its area, which is less; of other surfaces a small share of their size; infinite where there
+/// is none to keep.
 double thickness(const Collider& collider, bool is_planar = false);
 /// Radius of the ball about `centre` (m, in the frame of the shape) that holds it; infinite for
-/// half-spaces and meshes.
+/// half-spaces.
 double reach(const Collider& collider, const Vector& centre);
 
 struct TimeOfImpact {

@@ -146,7 +146,7 @@ void measure_fast_limits(World::State& s) {
     FastLimits& limits = s.fast.limits[i];
     limits.thickness = thickness(collider, s.settings.is_planar);
     limits.reach = reach(collider, s.bodies.p_BoBcm[i]);
-    if (!std::isfinite(limits.thickness + limits.reach)) {  // half-spaces and meshes are never fast
+    if (!std::isfinite(limits.thickness + limits.reach)) {  // half-spaces are never fast
       limits.thickness = std::numeric_limits<double>::infinity();
       continue;
     }

@@ -1,0 +1,175 @@
+// Fast bodies and surfaces: nothing passes from the front, and what slides is not stopped.
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "tests/physics/terrains.h"
+
+namespace cradle {
+namespace {
+
+constexpr double kTick_s = 1.0 / 60;
+
+double ripples(double x, double y) { return 0.02 * std::sin(3 * x) * std::cos(2 * y); }
+
+GeometryPointer flat_field() {
+  return make_height_field(13, 13, 0.5, 0.5, std::vector<double>(169, 0)).geometry;
+}
+/// A wall of triangles, 6 m wide: flat, rippled, or a height field.
+GeometryPointer wall_of(int which) {
+  if (which == 2) return flat_field();
+  return mesh_of(terrain(12, 0.5, 0.3, which == 0 ? flat : ripples)).geometry;
+}
+constexpr double kRipple_m = 0.02;
+
+/// Its front towards -x.
+const Quat kFacing{std::sqrt(0.5), 0, -std::sqrt(0.5), 0};
+
+/// 2 m long, along x for an angle of 0; turning about z.
+BodySpec rod(double angle, double w) {
+  BodySpec spec;
+  spec.shape = Shape::capsule(0.005, 0.995);
+  spec.mass_kg = 1;
+  const double c = std::cos(angle / 2), s = std::sin(angle / 2), half = std::sqrt(0.5);
+  spec.q_WB = {c * half, -s * half, c * half, s * half};
+  spec.w_WB = {0, 0, w};
+  return spec;
+}
+
+double axis_x(const BodyState& s) { return 2 * (s.q_WB.x * s.q_WB.z + s.q_WB.w * s.q_WB.y); }
+
+}  // namespace
+
+TEST_CASE("a bullet stops before a wall of triangles, at any speed and wherever its ticks begin") {
+  for (const int which : {0, 1, 2}) {
+    for (const double speed : {100.0, 300.0, 1000.0, 3000.0}) {
+      for (int k = 0; k < 12; ++k) {
+        World world(weightless());
+        add_surface(world, wall_of(which), {}, kFacing);
+        const double start = -5.003 - k * speed * kTick_s / 12;
+        const BodyId bullet = add(world, ball(0.05, {start, 0.3, 0.2}, {speed, 0, 0}));
+        for (int tick = 0; tick < 20; ++tick) {
+          world.step();
+          CAPTURE(which, speed, k, tick);
+          CHECK(state(world, bullet).p_WBo.x < -0.05 + (which == 1 ? kRipple_m : 0) + 1e-4);
+        }
+        if (which == 1) continue;  // turned aside, it goes on
+        CHECK(state(world, bullet).p_WBo.x == Approx(-0.05).margin(1e-3));
+        CHECK(norm(state(world, bullet).v_WBcm) < 1e-6);
+      }
+    }
+  }
+}
+
+TEST_CASE("a thin rod that spins beside a wall of triangles does not pass it") {
+  // 120 rad/s are 2 rad a tick; the ends go 120 m/s.
+  for (const int which : {0, 2}) {
+    for (const double distance : {0.9, 0.5}) {
+      for (int k = 0; k < 24; ++k) {
+        for (const double w : {120.0, -120.0}) {
+          const double angle = k * std::numbers::pi / 12 + 0.01;
+          if (std::abs(std::cos(angle)) > distance - 0.02) continue;
+          World world(weightless());
+          add_surface(world, wall_of(which), {distance, 0, 0}, kFacing);
+          const BodyId body = add(world, rod(angle, w));
+          double farthest = -1e9;
+          std::int64_t searches = 0;
+          for (int tick = 0; tick < 60; ++tick) {
+            const StepReport report = world.step();
+            CHECK(report.impacts_unresolved == 0);
+            searches += report.impact_searches;
+            const BodyState s = state(world, body);
+            farthest = std::fmax(farthest, s.p_WBo.x + std::abs(axis_x(s)) * 0.995 - distance);
+          }
+          CAPTURE(which, distance, k, w);
+          CHECK(farthest < 0);
+          CHECK(searches > 0);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a fast body slides over triangles as over a floor") {
+  // 33 cm a tick, over cells of 50 cm: it is in the way of none of those ahead.
+  enum Floor { plane, even, uneven };
+  const auto run = [](Floor floor, const BodySpec& spec) {
+    World world(settings());
+    if (floor == plane) {
+      add(world, ground(0));
+    } else {
+      add_surface(world, mesh_of(terrain(100, 0.5, floor == uneven ? 0.3 : 0, flat)).geometry);
+    }
+    const BodyId body = add(world, spec);
+    std::vector<BodyState> states;
+    for (int tick = 0; tick < 60; ++tick) {
+      CHECK(world.step().stopped_at_impact == 0);
+      states.push_back(state(world, body));
+    }
+    return states;
+  };
+  BodySpec spinning = rod(0.3, 60);
+  spinning.p_WBo = {0, -3, 0.005};
+  for (BodySpec spec : {ball(0.05, {-10, 0.1, 0.05}, {20, 0.3, 0}),
+                        brick({0.05, 0.04, 0.03}, {-10, 2, 0.03}, {20, 0.3, 0}), spinning}) {
+    CAPTURE(word_of(spec.shape.kind));
+    spec.material.friction = 0;
+    const std::vector<BodyState> there = run(plane, spec);
+    for (const Floor floor : {even, uneven}) {
+      const std::vector<BodyState> here = run(floor, spec);
+      CAPTURE(static_cast<int>(floor));
+      double largest = 0, apart = 0;
+      for (std::size_t k = 0; k < here.size(); ++k) {
+        if (k >= 20) largest = std::fmax(largest, std::abs(here[k].v_WBcm.z));  // it has settled
+        apart = std::fmax(apart, distance(here[k].p_WBo, there[k].p_WBo));
+        apart = std::fmax(apart, distance(here[k].w_WB, there[k].w_WB));
+      }
+      CHECK(apart <= 1e-6);
+      CHECK(largest <= std::fmax(1e-6, 1.01 * std::abs(there[20].v_WBcm.z)));
+    }
+  }
+}
+
+TEST_CASE("a fast body whose own surface is a mesh stops before a thin wall") {
+  for (const double speed : {100.0, 1000.0}) {
+    for (int k = 0; k < 12; ++k) {
+      World world(weightless());
+      BodySpec wall = brick({0.001, 2, 2}, {});
+      wall.kind = BodyKind::fixed;
+      add(world, wall);
+      BodySpec cube;
+      const GeometryPointer geometry = mesh_of(box_surface({0.05, 0.05, 0.05})).geometry;
+      cube.shape = Shape::stored(ShapeKind::mesh, world.add_geometry(geometry));
+      cube.mass_kg = 1;
+      cube.p_WBo = {-3.003 - k * speed * kTick_s / 12, 0.3, 0.2};
+      cube.v_WBcm = {speed, 0, 0};
+      cube.w_WB = {0, 0, 0.5 * k};
+      cube.material.friction = 0;  // else it is thrown aside, past the wall
+      const BodyId body = add(world, cube);
+      for (int tick = 0; tick < 40; ++tick) {
+        world.step();
+        CAPTURE(speed, k, tick);
+        CHECK(state(world, body).p_WBo.x < -0.05);
+      }
+    }
+  }
+}
+
+TEST_CASE("a plate of triangles that is driven past a small ball strikes it") {
+  for (int k = 0; k < 12; ++k) {
+    CAPTURE(k);
+    World world(weightless());
+    BodySpec plate;
+    const GeometryPointer geometry = mesh_of(terrain(4, 0.5, 0.3, flat)).geometry;
+    plate.kind = BodyKind::kinematic;
+    plate.shape = Shape::stored(ShapeKind::mesh, world.add_geometry(geometry));
+    plate.p_WBo = {2 + 50 * kTick_s * k / 12, 0, 0};
+    plate.q_WB = kFacing;
+    plate.v_WBcm = {-50, 0, 0};
+    add(world, plate);
+    const BodyId struck = add(world, ball(0.03, {0, 0.1, 0.2}));
+    steps(world, 6);
+    CHECK(state(world, struck).v_WBcm.x < -45);
+  }
+}
+
+}  // namespace cradle

@@ -38,6 +38,7 @@ class SurfaceContactFinder {
 
   /// C's middle.
   const Vector& centre() const { return centre_; }
+  double thickness() const { return shape_.thickness; }
 
   /// To be called after the last triangle: takes out what other triangles tell better.
   void settle();

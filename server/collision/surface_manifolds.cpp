@@ -110,6 +110,31 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
   }
 }
 
+struct NearestTriangle {
+  std::int32_t number = -1;
+  double distance = std::numeric_limits<double>::infinity();
+  double height = 0;  ///< over its plane
+};
+
+/// Of those whose boxes come within `reach` of p.
+NearestTriangle nearest_within(const SurfaceView& surface, const Vector& p, double reach) {
+  NearestTriangle nearest;
+  const Vector half = Vector::Constant(reach);
+  surface.for_each_in({p - half, p + half}, [&](std::int32_t number) {
+    const SurfaceTriangle t = surface.triangle(number);
+    const Vector d = p - nearest_point(t, p);
+    const double distance = d.norm(), height = t.normal.dot(d);
+    // At an edge all its triangles are as near: the one that p is most before or behind tells
+    // the side.
+    const double tie = kTolerances.seam * (1 + distance);
+    const bool is_as_near =
+        distance < nearest.distance + tie && std::abs(height) > std::abs(nearest.height);
+    if (distance > nearest.distance - tie && !is_as_near) return;
+    nearest = {number, std::min(nearest.distance, distance), height};
+  });
+  return nearest;
+}
+
 /// The triangle that is nearest to `p`, a point inside a closed mesh; negative if p is outside.
 std::int32_t nearest_around(const SurfaceView& surface, const Vector& p, double first_reach) {
   const Aabb whole = surface.box();
@@ -118,27 +143,29 @@ std::int32_t nearest_around(const SurfaceView& surface, const Vector& p, double 
   }
   const double size = (whole.upper - whole.lower).maxCoeff();
   for (double reach = first_reach;; reach *= 2) {
-    double least = std::numeric_limits<double>::infinity(), side = 0;
-    std::int32_t nearest = -1;
-    const Vector half = Vector::Constant(reach);
-    surface.for_each_in({p - half, p + half}, [&](std::int32_t number) {
-      const SurfaceTriangle t = surface.triangle(number);
-      const Vector d = p - nearest_point(t, p);
-      const double distance = d.norm(), height = t.normal.dot(d);
-      // At an edge all its triangles are as near: the one that p is most before or behind tells
-      // the side.
-      const double tie = kTolerances.seam * (1 + distance);
-      const bool is_as_near = distance < least + tie && std::abs(height) > std::abs(side);
-      if (distance > least - tie && !is_as_near) return;
-      least = std::min(least, distance), side = height, nearest = number;
-    });
-    if (nearest >= 0 && (least <= reach || reach > size)) return side < 0 ? nearest : -1;
+    const NearestTriangle nearest = nearest_within(surface, p, reach);
+    if (nearest.number >= 0 && (nearest.distance <= reach || reach > size)) {
+      return nearest.height < 0 ? nearest.number : -1;
+    }
     if (reach > size) return -1;
   }
 }
 
+/// The triangle of an open mesh that `p` is behind by no more than `depth`; negative: none.
+std::int32_t just_behind(const SurfaceView& surface, const Vector& p, double depth) {
+  const NearestTriangle nearest = nearest_within(surface, p, depth);
+  if (!(nearest.height < 0 && nearest.distance <= depth)) return -1;
+  const SurfaceTriangle t = surface.triangle(nearest.number);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const bool is_beside = t.normal.cross(t.edge(k)).dot(p - t.corners[k]) < 0;
+    if (is_beside && surface.edge_kind(t, k) == EdgeKind::border) return -1;
+  }
+  return nearest.number;
+}
+
 /// C's middle may be in the solid behind the surface: out by the shortest way, then, and nothing
-/// else counts.
+/// else counts. What is behind an open mesh with its middle by no more than half of its thickness
+/// has been pressed through, so it is pushed back.
 void push_out(const SurfaceView& surface, SurfaceContactFinder& finder, double reach,
               std::vector<SurfaceContact>& contacts) {
   const Vector& c = finder.centre();
@@ -151,6 +178,8 @@ void push_out(const SurfaceView& surface, SurfaceContactFinder& finder, double r
     }
   } else if (surface.mesh()->is_closed) {
     number = nearest_around(surface, c, reach);
+  } else if (finder.came_from_behind()) {
+    number = just_behind(surface, c, 0.5 * finder.thickness());
   }
   if (number < 0) return;
   contacts.clear();

@@ -323,6 +323,33 @@ TEST_CASE("an open mesh lets through what comes from behind, a closed one and a 
   CHECK(deepest(out[0]) == Approx(0.2 + 0.1));
 }
 
+TEST_CASE(
+    "what is pressed through an open mesh by no more than half its thickness is pushed back") {
+  const Solid sheet = solid_of(mesh_of(terrain(8, 0.5, 0.3, flat)).geometry);
+  Random random(12);
+  for (const ShapeKind kind : kConvex) {
+    for (int trial = 0; trial < 50; ++trial) {
+      CAPTURE(word_of(kind), trial);
+      const Solid body = random.solid(kind);
+      const Vector at(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), 0);
+      Pose X{at, random.rotation()};
+      const ConvexShape shape(Collider{body.shape, X, body.geometry.get()});
+      X.x -= X.R * shape.centre;
+      X.x.z() -= 0.45 * shape.thickness;
+      const std::vector<Manifold> pushed = touch(sheet, {}, body, X);
+      REQUIRE(pushed.size() == 1);
+      CHECK(pushed[0].normal_W.z() == Approx(1));
+      CHECK(deepest(pushed[0]) == Approx(support(body, X, -Vector::UnitZ())));
+      X.x.z() -= 0.1 * shape.thickness;
+      CHECK(touch(sheet, {}, body, X).empty());
+      // Beside the border there is nothing to be pushed to.
+      X.x.z() += 0.1 * shape.thickness;
+      X.x.x() += 2.01 + shape.thickness - at.x();
+      for (const Manifold& m : touch(sheet, {}, body, X)) CHECK(std::abs(m.normal_W.z()) < 1);
+    }
+  }
+}
+
 TEST_CASE("slivers have the normal of the neighbour they belong to") {
   // A plane with a seam of triangles without area: two rows that do not share vertices.
   Surface s;

@@ -344,7 +344,7 @@ TEST_CASE(
       CHECK(touch(sheet, {}, body, X).empty());
       // Beside the border there is nothing to be pushed to.
       X.x.z() += 0.1 * shape.thickness;
-      X.x.x() += 2.01 + shape.thickness - at.x();
+      X.x.x() += 2.01 + support(body, X, -Vector::UnitX());
       for (const Manifold& m : touch(sheet, {}, body, X)) CHECK(std::abs(m.normal_W.z()) < 1);
     }
   }

@@ -157,6 +157,8 @@ void print_limits() {
   PRINT(kRateMin_hz);
   PRINT(kRateMax_hz);
   PRINT(kSubStepsMax);
+  PRINT(kContactToleranceMin_m);
+  PRINT(kContactToleranceMax_m);
 #undef PRINT
 }
 

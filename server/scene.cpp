@@ -19,8 +19,9 @@ namespace {
 
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
 constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
-constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps", "planar",     "gravity_mps2",
-                                           "solver",  "scheme",    "broad_phase"};
+constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps",    "contact_tolerance_m",
+                                           "planar",  "gravity_mps2", "solver",
+                                           "scheme",  "broad_phase"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -108,6 +109,11 @@ WorldSettings read_settings(const TomlTable& table) {
   table.read("sub_steps", settings.sub_steps);
   if (settings.sub_steps < 1 || settings.sub_steps > limits::kSubStepsMax) {
     require(table, "sub_steps", Result::out_of_range);
+  }
+  if (table.read("contact_tolerance_m", settings.contact_tolerance_m) &&
+      !(settings.contact_tolerance_m >= limits::kContactToleranceMin_m &&
+        settings.contact_tolerance_m <= limits::kContactToleranceMax_m)) {
+    require(table, "contact_tolerance_m", Result::out_of_range);
   }
   table.read("planar", settings.is_planar);
   if (settings.is_planar) settings.gravity_W = {0, -9.81, 0};

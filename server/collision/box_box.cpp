@@ -233,7 +233,8 @@ Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
     ContactPoint* const point = deepest(at_face);
     const double s = of_A ? face_A.s : face_B.s;
     missed = point == nullptr ? kInfinity : point->separation - s;
-    if (!(missed <= (is_flush || !is_apart ? slack : kTolerances.tie_m))) return false;
+    const double allowed = slack + kTolerances.edge_bias_per_depth * std::max(0.0, -s);
+    if (!(missed <= (is_flush || !is_apart ? allowed : kTolerances.tie_m))) return false;
     if (!is_flush) point->separation = s;
     return true;
   };

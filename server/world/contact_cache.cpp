@@ -16,8 +16,9 @@ void ContactCache::restore(std::span<const std::int64_t> ids,
       if (e->part != c.part) continue;
       for (ConstraintPoint& p : c.used()) {
         if (p.feature != e->feature) continue;
-        p.lambda = e->lambda;
-        p.lambda_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
+        p.force = e->force;
+        p.press = e->press;
+        p.force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
       }
     }
   }
@@ -29,8 +30,8 @@ void ContactCache::store(std::span<const std::int64_t> ids,
   for (const ContactConstraint& c : constraints) {
     for (const ConstraintPoint& p : c.used()) {
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          c.part, p.feature, p.lambda,
-                          p.lambda_t.x() * c.t1 + p.lambda_t.y() * c.t2});
+                          c.part, p.feature, p.force, p.press,
+                          p.force_t.x() * c.t1 + p.force_t.y() * c.t2});
     }
   }
 }
@@ -39,7 +40,7 @@ void ContactCache::forget(std::span<const std::int64_t> ids) {
   const auto is_among = [&](std::int64_t id) {
     return std::binary_search(ids.begin(), ids.end(), id);
   };
-  std::erase_if(entries_, [&](const CachedImpulse& e) { return is_among(e.a) || is_among(e.b); });
+  std::erase_if(entries_, [&](const CachedForce& e) { return is_among(e.a) || is_among(e.b); });
 }
 
 }  // namespace cradle

@@ -1,22 +1,23 @@
-/// What contacts remember from tick to tick: the impulses that warm starting begins from.
+/// What contacts remember from tick to tick: the forces that warm starting begins from.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "server/dynamics/contact_constraint.h"
+#include "server/dynamics/contact/contact_constraint.h"
 
 namespace cradle {
 
-/// One point's impulses, by the ids of its bodies (a < b), and which of their parts and
+/// One point's forces, by the ids of its bodies (a < b), and which of their parts and
 /// features meet.
-struct CachedImpulse {
+struct CachedForce {
   std::int64_t a = 0, b = 0;
   std::uint64_t part = 0;
   std::uint64_t feature = 0;
-  double lambda = 0;                 ///< N s, of a sub-step
-  Vector friction = Vector::Zero();  ///< N s, in W: survives a turn of the tangents
+  double force = 0;                  ///< N
+  double press = 0;                  ///< m/s^2, see ConstraintPoint
+  Vector friction = Vector::Zero();  ///< N, in W: survives a turn of the tangents
 };
 
 /// Sorted by (a, b).
@@ -31,10 +32,10 @@ class ContactCache {
   /// Forgets the contacts of these bodies (ids ascending).
   void forget(std::span<const std::int64_t> ids);
 
-  std::vector<CachedImpulse>& entries() { return entries_; }
+  std::vector<CachedForce>& entries() { return entries_; }
 
  private:
-  std::vector<CachedImpulse> entries_;
+  std::vector<CachedForce> entries_;
 };
 
 }  // namespace cradle

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "server/collision/time_of_impact.h"
-#include "server/dynamics/contact_constraint.h"
+#include "server/dynamics/contact/contact_constraint.h"
 #include "server/world/world.h"
 
 namespace cradle {

@@ -9,8 +9,11 @@
 namespace cradle {
 
 struct WorldSettings {
-  double rate_hz = 60;          ///< ticks a second; dt = 1 / rate
-  int sub_steps = 4;            ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
+  double rate_hz = 60;  ///< ticks a second; dt = 1 / rate
+  int sub_steps = 4;    ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
+  /// m, if not 0: what a contact may sink in under its load. Each island of touching bodies takes
+  /// as many sub-steps as that asks for, instead of `sub_steps`.
+  double contact_tolerance_m = 0;
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2; without z in a planar world
   bool is_planar = false;       ///< bodies stay in z = 0 and turn about z: see plane.h
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most

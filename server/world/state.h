@@ -11,7 +11,7 @@
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
-#include "server/dynamics/contact_solver.h"
+#include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/schemes/scheme.h"
 #include "server/dynamics/spring_step.h"
 #include "server/world/body_table.h"
@@ -64,6 +64,7 @@ struct World::State {
   std::set<std::string> names;                    ///< of the bodies that have one
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ContactSolver> solver;
+  ContactReport solved;
   const Scheme* scheme = nullptr;
   bool renumbered = true;  ///< lists of slots must be made anew: bodies came, went or changed
   std::vector<Event> events;
@@ -136,6 +137,7 @@ struct World::State {
     };
     scalar("dt", dt);
     scalar("sub_steps", settings.sub_steps);
+    scalar("contact_tolerance_m", settings.contact_tolerance_m);
     scalar("is_full", settings.is_full);
     scalar("is_planar", settings.is_planar);
     scalar("bodies_max", settings.bodies_max);
@@ -148,7 +150,7 @@ struct World::State {
     bodies.for_each_array(array);
     array("wrenches", wrenches);
     array("springs", springs);
-    array("contact impulses", contacts.entries());
+    array("contact forces", contacts.entries());
     memory.for_each_array(array);
     array("poses", poses);
     array("paths", paths);
@@ -161,7 +163,7 @@ static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
 static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
 static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
 static_assert(sizeof(Drag) == 3 * sizeof(double));
-static_assert(sizeof(CachedImpulse) == 4 * 8 + 4 * sizeof(double));
+static_assert(sizeof(CachedForce) == 4 * 8 + 5 * sizeof(double));
 static_assert(sizeof(Material) == 2 * sizeof(double));
 
 }  // namespace cradle

@@ -53,8 +53,9 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   move_with_springs(s);
   add_drag(s);
   s.contacts.restore(s.bodies.id, s.constraints);
-  s.solver->advance({s.dt, s.settings.sub_steps, s.moving, s.driven}, s.arrays(),
-                    s.inverse_inertia_W, s.constraints);
+  s.solved = s.solver->advance({s.dt, s.settings.sub_steps, s.settings.contact_tolerance_m,
+                                s.settings.lanes, s.moving, s.driven},
+                               s.arrays(), s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
   stop_at_impacts(s, executor);
@@ -221,14 +222,16 @@ void World::Steps::list_contacts(State& s) {
 /// The constraints of this tick.
 void World::Steps::prepare(State& s) {
   s.constraints.clear();
+  const BodyArrays bodies = s.arrays();
   for (const Touch& touch : s.touching) {
     const auto [a, b] = touch.pair;
+    if (s.bodies.inverse_mass[index(a)] == 0 && s.bodies.inverse_mass[index(b)] == 0) continue;
     const Material& A = s.bodies.material[index(a)];
     const Material& B = s.bodies.material[index(b)];
     ContactConstraint& c = s.constraints.emplace_back(
         touch.ahead != nullptr
             ? make_constraint(*touch.ahead, *touch.manifold, s)
-            : make_constraint(*touch.manifold, a, b, s.arrays(), s.inverse_inertia_W));
+            : make_constraint(*touch.manifold, a, b, bodies, s.inverse_inertia_W));
     c.friction = std::sqrt(A.friction * B.friction);
     c.restitution = std::max(A.restitution, B.restitution);
   }
@@ -246,6 +249,9 @@ StepReport World::Steps::report(const State& s) {
     }
   }
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
+  report.islands = s.solved.islands;
+  report.sub_steps_max = s.solved.sub_steps_max;
+  report.sag_expected_m = s.solved.sag_max_m;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
   report.springs_unconverged = s.springs_unconverged;
   report.unsolved = static_cast<int>(std::count(s.unsolved.begin(), s.unsolved.end(), 1));

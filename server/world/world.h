@@ -38,6 +38,9 @@ struct StepReport {
   double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
   int bodies_in_contact = 0;    ///< that were sub-stepped
+  int islands = 0;              ///< groups of them that touch each other
+  int sub_steps_max = 0;        ///< of an island
+  double sag_expected_m = 0;    ///< how far the most loaded contact sinks in, where bodies rest
   int springs_unconverged = 0;  ///< parts of the tick that impulses did
   int unsolved = 0;             ///< bodies whose implicit scheme did not solve its equations
   std::string_view pairs_by;    ///< how pairs were found, in a word: BroadPhaseReport::method

@@ -63,7 +63,7 @@ inline bool is_polytope(ShapeKind kind) {
 /// The share of poses, 1 % of the thickness deep, in which an exact answer may overlap less than
 /// ours: two boxes prefer faces (tolerances.h); of curved shapes another minimum may be as low.
 inline double most_ours_worse(ShapeKind A, ShapeKind B) {
-  if (A == ShapeKind::box && B == ShapeKind::box) return 0.2;
+  if (A == ShapeKind::box && B == ShapeKind::box) return 0.22;
   return is_polytope(A) && is_polytope(B) ? 0 : 0.005;
 }
 

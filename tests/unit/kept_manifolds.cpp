@@ -189,7 +189,7 @@ TEST_CASE("kept manifolds are as good as fresh ones") {
   CAPTURE(scene);
   const Findings found = follow(scene, ticks, 16);  // so that the stack stands
   CAPTURE(found.pairs, found.held);
-  CHECK(found.held > found.pairs / 5);
+  CHECK(found.held > found.pairs / 6);  // enough to compare: some kinds of pairs are never kept
   found.check();
 }
 

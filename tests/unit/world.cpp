@@ -70,7 +70,7 @@ TEST_CASE("flipping one bit of any part of the state changes the hash") {
     }
   }
   CHECK(world.hash() == before);
-  for (const char* needed : {"wrenches", "springs", "drag", "scheme", "contact impulses", "next_id",
+  for (const char* needed : {"wrenches", "springs", "drag", "scheme", "contact forces", "next_id",
                              "tick", "gravity", "x", "q", "v", "w", "quarantined", "id", "dt"}) {
     CAPTURE(needed);
     CHECK(std::count(names.begin(), names.end(), needed) == 1);

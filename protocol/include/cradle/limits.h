@@ -53,5 +53,7 @@ inline constexpr int kCorners = 64;           ///< of a polygon of a scene
 inline constexpr double kRateMin_hz = 1;
 inline constexpr double kRateMax_hz = 10'000;
 inline constexpr int kSubStepsMax = 64;
+inline constexpr double kContactToleranceMin_m = 1e-6;
+inline constexpr double kContactToleranceMax_m = 1;
 
 }  // namespace cradle::limits

@@ -1,6 +1,6 @@
-#include "server/dynamics/contact_solver.h"
+#include "server/dynamics/contact/contact_solver.h"
 
-#include "server/dynamics/soft_step.h"
+#include "server/dynamics/contact/soft_step.h"
 
 namespace cradle {
 namespace {

@@ -31,12 +31,15 @@ struct ConstraintPoint {
   Vector rA, rB;         ///< m
   double s0 = 0;         ///< separation at the tick's start
   double s = 0;          ///< at the last evaluation
-  double K_normal = 0;   ///< 1/kg
-  double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane
+  double K_normal = 0;   ///< 1/kg; by find_effective_masses alone
+  double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane; likewise
   double approach = 0;   ///< normal velocity at the tick's start, m/s; negative: closing
   double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
-  double lambda_max = 0;      ///< largest of the tick: did the point ever carry anything
+  double force = 0;                                   ///< N: lambda of the last sub-step over it
+  Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
+  double press = 0;       ///< m/s^2: what `force` alone would give, as far as it lasts; see press.h
+  double lambda_max = 0;  ///< largest of the tick: did the point ever carry anything
   std::uint32_t feature = 0;  ///< as in the manifold
 };
 
@@ -44,12 +47,12 @@ struct ContactConstraint {
   std::int32_t a = 0, b = 0;  ///< slots
   std::uint64_t part = 0;     ///< as in the manifold
   Vector n, t1, t2;
+  double inverse_mass_A = 0, inverse_mass_B = 0;  ///< 1/kg
   /// 1/(kg m^2), in W, at the attitudes for which the arms hold.
   Matrix inverse_inertia_A, inverse_inertia_B;
   /// From the attitudes at the tick's start to those for which the arms hold, if these are others.
   Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
-  bool is_ahead = false;     ///< they are others
-  std::int32_t turned = -1;  ///< for the solver
+  bool is_ahead = false;  ///< they are others
   double friction = 0;
   double restitution = 0;
   int count = 0;
@@ -81,5 +84,8 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
 ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);
+
+/// K of each point.
+void find_effective_masses(ContactConstraint& c);
 
 }  // namespace cradle

@@ -1,7 +1,7 @@
 /// The contact solver "soft": see soft_step.cpp.
 #pragma once
 
-#include "server/dynamics/contact_solver.h"
+#include "server/dynamics/contact/contact_solver.h"
 
 namespace cradle {
 

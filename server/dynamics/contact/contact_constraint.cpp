@@ -1,4 +1,4 @@
-#include "server/dynamics/contact_constraint.h"
+#include "server/dynamics/contact/contact_constraint.h"
 
 #include <cmath>
 
@@ -16,13 +16,13 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
                                   const BodyPlace& place_B) {
   const auto A = static_cast<std::size_t>(a);
   const auto B = static_cast<std::size_t>(b);
-  const double inverse_masses = bodies.inverse_mass[A] + bodies.inverse_mass[B];
-
   ContactConstraint c;
   c.a = a;
   c.b = b;
   c.part = manifold.part;
   c.n = manifold.normal_W;
+  c.inverse_mass_A = bodies.inverse_mass[A];
+  c.inverse_mass_B = bodies.inverse_mass[B];
   c.inverse_inertia_A = place_A.inverse_inertia_W;
   c.inverse_inertia_B = place_B.inverse_inertia_W;
   tangents(c.n, c.t1, c.t2);
@@ -34,21 +34,6 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
     p.s0 = p.s = manifold.points[i].separation;
     p.feature = manifold.points[i].feature;
 
-    // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
-    const auto K = [&](const Vector& e, const Vector& f) {
-      return inverse_masses * e.dot(f) +
-             p.rA.cross(e).dot(place_A.inverse_inertia_W * p.rA.cross(f)) +
-             p.rB.cross(e).dot(place_B.inverse_inertia_W * p.rB.cross(f));
-    };
-    p.K_normal = K(c.n, c.n);
-    // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed
-    // along its own velocity: with the full inverse of K, clamped to the cone, it would be pushed
-    // sideways wherever K is not isotropic (a box then stops 10 % too late).
-    const double K11 = K(c.t1, c.t1);
-    const double K22 = K(c.t2, c.t2);
-    const double K12 = K(c.t1, c.t2);
-    const double half_difference = (K11 - K22) / 2;
-    p.K_tangent = (K11 + K22) / 2 + std::sqrt(half_difference * half_difference + K12 * K12);
     p.approach =
         c.n.dot(bodies.v[B] + bodies.w[B].cross(p.rB) - bodies.v[A] - bodies.w[A].cross(p.rA));
   }
@@ -62,6 +47,26 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
   const auto B = static_cast<std::size_t>(b);
   return make_constraint(manifold, a, b, bodies, BodyPlace{bodies.x[A], inverse_inertia_W[A]},
                          BodyPlace{bodies.x[B], inverse_inertia_W[B]});
+}
+
+void find_effective_masses(ContactConstraint& c) {
+  for (ConstraintPoint& p : c.used()) {
+    // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
+    const auto K = [&](const Vector& e, const Vector& f) {
+      return (c.inverse_mass_A + c.inverse_mass_B) * e.dot(f) +
+             p.rA.cross(e).dot(c.inverse_inertia_A * p.rA.cross(f)) +
+             p.rB.cross(e).dot(c.inverse_inertia_B * p.rB.cross(f));
+    };
+    p.K_normal = K(c.n, c.n);
+    // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed
+    // along its own velocity: with the full inverse of K, clamped to the cone, it would be pushed
+    // sideways wherever K is not isotropic (a box then stops 10 % too late).
+    const double K11 = K(c.t1, c.t1);
+    const double K22 = K(c.t2, c.t2);
+    const double K12 = K(c.t1, c.t2);
+    const double half_difference = (K11 - K22) / 2;
+    p.K_tangent = (K11 + K22) / 2 + std::sqrt(half_difference * half_difference + K12 * K12);
+  }
 }
 
 }  // namespace cradle

@@ -1,0 +1,95 @@
+/// The bodies in contact, one line of numbers each, while they go through a tick by sub-steps.
+///
+/// Arms of contacts hold for the attitudes at the tick's start. So does the angular velocity of a
+/// body with unequal moments here: it turns with the body, w_line = R_start R^T w, and an impulse
+/// changes the body's energy as it would have at the tick's start. Otherwise a rod would be spun
+/// about its axis, where it has next to no inertia, by an impulse with an arm that it no longer
+/// has.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/dynamics/contact/contact_block.h"
+#include "server/dynamics/contact/contact_solver.h"
+
+namespace cradle {
+
+class BodyLines {
+  template <class Lines>
+  static auto& at(Lines& lines, std::int32_t line) {
+    return lines[static_cast<std::size_t>(line)];
+  }
+
+ public:
+  void begin(const ContactTick& tick, const BodyArrays& bodies,
+             std::span<const Matrix> inverse_inertia_W);
+
+  /// Loads and the free turning of w, over `h`; and what contacts gave in the sub-step before,
+  /// again (a warm start of all of them at once, for arms, normals and inertia stay as they are).
+  void integrate_velocities(double h);
+  /// With the mean velocity of the sub-step where it is smooth: without an impact.
+  void integrate_positions(double h, double smooth_factor);
+  /// Gives the bodies their poses and velocities at the tick's end.
+  void finish();
+
+  /// Of a slot; bodies that never move share one.
+  std::int32_t line(std::int32_t slot) const {
+    return line_of_slot_[static_cast<std::size_t>(slot)];
+  }
+  bool yields(std::int32_t line) const { return line < moving_; }
+  /// Stands for no body.
+  std::int32_t nobody() const { return moving_ + driven_; }
+  /// Where nothing is read: written for bodies that do not yield.
+  std::int32_t waste() const { return moving_ + driven_ + 1; }
+  std::size_t moving() const { return static_cast<std::size_t>(moving_); }
+  bool tumbles(std::int32_t line) const {
+    return yields(line) && states_[static_cast<std::size_t>(line)].tumbles;
+  }
+
+  Eigen::Map<Vector> v(std::int32_t line) {
+    return Eigen::Map<Vector>(at(velocities_, line).linear);
+  }
+  Eigen::Map<Vector> w(std::int32_t line) {
+    return Eigen::Map<Vector>(at(velocities_, line).angular);
+  }
+  Eigen::Map<const Vector> v(std::int32_t line) const {
+    return Eigen::Map<const Vector>(at(velocities_, line).linear);
+  }
+  Eigen::Map<const Vector> w(std::int32_t line) const {
+    return Eigen::Map<const Vector>(at(velocities_, line).angular);
+  }
+  /// Displacement and turn since the tick's start.
+  Eigen::Map<const Vector> dp(std::int32_t line) const {
+    return Eigen::Map<const Vector>(at(motions_, line).linear);
+  }
+  Eigen::Map<const Vector> theta(std::int32_t line) const {
+    return Eigen::Map<const Vector>(at(motions_, line).angular);
+  }
+  BodyLine* velocities() { return velocities_.data(); }
+  const BodyLine* motions() const { return motions_.data(); }
+
+ private:
+  /// Of a body that moves by its contacts.
+  struct State {
+    std::size_t slot;
+    bool turns;             // has an inertia at all
+    bool tumbles;           // with unequal moments
+    bool is_twisted;        // by a torque
+    Vector v_begin;         // before loads
+    Vector v_free, w_free;  // after loads, before contacts
+    Vector turn_by_torque;  // I^-1 torque, rad/s^2; of bodies that do not tumble
+    Matrix R_start;
+  };
+
+  Vector free_turn(const State& state, const Vector& w, double h) const;
+
+  BodyArrays bodies_;
+  bool has_begun_ = false;  // there was a sub-step before
+  std::int32_t moving_ = 0, driven_ = 0;
+  std::vector<std::int32_t> line_of_slot_;
+  std::vector<State> states_;
+  std::vector<BodyLine> velocities_, motions_;
+};
+
+}  // namespace cradle

@@ -1,0 +1,79 @@
+/// What the wide kernels of contact and their caller agree on. Plain numbers: the kernels' files
+/// are compiled for one instruction set each and must share no inline code with others.
+///
+/// A manifold acts at its centre c, in the frame n, t1, t2 = n x t1, on the bodies' relative twist
+/// there; its points lie in the plane at c + u t1 + v t2. Symbols as in contact_method.h.
+#pragma once
+
+#include <cstdint>
+
+namespace cradle {
+
+inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
+inline constexpr int kBlockPoints = 4;
+
+/// Eight manifolds side by side, which share no body that yields. Of points that are missing,
+/// masses and impulses are 0; so is everything in lanes without a manifold.
+struct ContactBlock {
+  using Row = double[kBlockLanes];
+  alignas(64) Row n[3], t1[3];
+  Row arm_A[3], arm_B[3];                          ///< m, from Bcm to c
+  Row u[kBlockPoints], v[kBlockPoints];            ///< m
+  Row s0[kBlockPoints];                            ///< m, at the tick's start
+  Row s[kBlockPoints];                             ///< m, at the last evaluation
+  Row inverse_mass_A, inverse_mass_B;              ///< 1/kg
+  Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz
+  Row friction;
+  Row yields[kBlockPoints];                ///< 1/K along n; kg
+  Row coupling[6];                         ///< K between points 01 02 03 12 13 23; 1/kg
+  Row yields_t[kBlockPoints];              ///< 1 / the largest K in the tangent plane; kg
+  Row response_t[6];                       ///< of (V1, V2, Wn) to (P1, P2, Tn): 11 12 1n 22 2n nn
+  Row inverse_soft[10], inverse_hard[10];  ///< see contact_method.h; of runs that are `joint`
+  Row inverse_t[6];                        ///< likewise, 1/response_t: 11 12 1n 22 2n nn
+  Row share, lever_share;                  ///< likewise: 1 / points, 1 / sum of u^2 + v^2
+  Row lambda[kBlockPoints];                ///< N s, of a sub-step
+  Row lambda_1[kBlockPoints], lambda_2[kBlockPoints];
+  Row lambda_max[kBlockPoints];                         ///< of the tick
+  std::int32_t a[kBlockLanes], b[kBlockLanes];          ///< lines to read
+  std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
+  std::int32_t source[kBlockLanes];                     ///< which constraint; -1: none
+};
+
+/// v and w, or displacement and turn since the tick's start, of one body.
+struct BodyLine {
+  alignas(64) double linear[3];
+  double angular[3];
+  double unused[2];
+};
+static_assert(sizeof(BodyLine) == 64);
+
+struct SubStep {
+  double h;  ///< s
+  double mass_scale, impulse_scale, bias_rate;
+  double push_speed, push_rate;
+};
+
+/// Blocks of manifolds with `points` points each: 1, 2 or 4. If `joint`, a manifold's points are
+/// solved at once; else one after another.
+struct BlockRun {
+  ContactBlock* blocks;
+  std::int32_t count;
+  std::int32_t points;
+  bool joint;
+};
+
+struct ContactKernels {
+  int lanes;
+  void (*prepare)(const BlockRun&, const SubStep&);
+  void (*warm_start)(const BlockRun&, BodyLine* velocities);
+  void (*solve)(const BlockRun&, const SubStep&, BodyLine* velocities);
+  void (*relax)(const BlockRun&, const SubStep&, BodyLine* velocities, const BodyLine* motions);
+};
+
+extern const ContactKernels kContactKernels1, kContactKernels2;
+#ifdef CRADLE_WIDE_X86
+extern const ContactKernels kContactKernels4;  ///< needs AVX2
+extern const ContactKernels kContactKernels8;  ///< needs AVX-512 F, VL, DQ
+#endif
+
+}  // namespace cradle

@@ -1,0 +1,174 @@
+#include "server/dynamics/contact/contact_blocks.h"
+
+#include <algorithm>
+
+namespace cradle {
+namespace {
+
+/// What a block's manifolds have in common.
+struct Kind {
+  int points;
+  bool joint;
+};
+constexpr Kind kKinds[] = {{1, false}, {2, false}, {4, false}, {2, true}, {4, true}};
+constexpr std::int32_t kGroupsAColour = std::size(kKinds);
+
+/// Points that all carried last tick, or are all new, are likely to carry together: they are solved
+/// at once, which also keeps a symmetric stack symmetric.
+std::int32_t kind_of(const ContactConstraint& c) {
+  if (c.count == 1) return 0;
+  const auto carry = std::ranges::count_if(c.used(), [](const auto& p) { return p.lambda > 0; });
+  const bool joint = carry == 0 || carry == c.count;
+  return (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
+}
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+using Row = ContactBlock::Row;
+
+void set(Row* rows, int lane, const Vector& value) {
+  for (int k = 0; k < 3; ++k) rows[k][lane] = value[k];
+}
+
+void set(Row* rows, int lane, const Matrix& m) {
+  rows[0][lane] = m(0, 0);
+  rows[1][lane] = m(0, 1);
+  rows[2][lane] = m(0, 2);
+  rows[3][lane] = m(1, 1);
+  rows[4][lane] = m(1, 2);
+  rows[5][lane] = m(2, 2);
+}
+
+/// The mean of the points: between them every point has a short lever. As an arm of A.
+Vector centre(const ContactConstraint& c) {
+  Vector sum = Vector::Zero();
+  for (const ConstraintPoint& p : c.used()) sum += p.rA;
+  return sum / c.count;
+}
+
+/// Lanes without a manifold do nothing to nobody.
+void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
+  block = ContactBlock{};
+  std::fill_n(block.a, kBlockLanes, nobody);
+  std::fill_n(block.b, kBlockLanes, nobody);
+  std::fill_n(block.a_out, kBlockLanes, waste);
+  std::fill_n(block.b_out, kBlockLanes, waste);
+  std::fill_n(block.source, kBlockLanes, -1);
+}
+
+void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_t source,
+          const BodyLines& bodies) {
+  const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
+  block.source[lane] = source;
+  block.a[lane] = a;
+  block.b[lane] = b;
+  block.a_out[lane] = bodies.yields(a) ? a : bodies.waste();
+  block.b_out[lane] = bodies.yields(b) ? b : bodies.waste();
+  const Vector arm_A = centre(c);
+  set(block.n, lane, c.n);
+  set(block.t1, lane, c.t1);
+  set(block.arm_A, lane, arm_A);
+  set(block.arm_B, lane, Vector(arm_A + c.points[0].rB - c.points[0].rA));
+  set(block.inverse_inertia_A, lane, c.inverse_inertia_A);
+  set(block.inverse_inertia_B, lane, c.inverse_inertia_B);
+  block.inverse_mass_A[lane] = c.inverse_mass_A;
+  block.inverse_mass_B[lane] = c.inverse_mass_B;
+  block.friction[lane] = c.friction;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
+    const ConstraintPoint& p = c.points[i];
+    const Vector from_centre = p.rA - arm_A;
+    block.u[i][lane] = c.t1.dot(from_centre);
+    block.v[i][lane] = c.t2.dot(from_centre);
+    block.s0[i][lane] = block.s[i][lane] = p.s0;
+    block.yields[i][lane] = 1;
+    block.lambda[i][lane] = p.lambda;
+    block.lambda_1[i][lane] = p.lambda_t.x();
+    block.lambda_2[i][lane] = p.lambda_t.y();
+    block.lambda_max[i][lane] = 0;
+  }
+  if (c.count != 3) return;
+  for (Row* row :
+       {&block.u[3], &block.v[3], &block.s0[3], &block.s[3], &block.yields[3], &block.lambda[3],
+        &block.lambda_1[3], &block.lambda_2[3], &block.lambda_max[3]}) {
+    (*row)[lane] = 0;
+  }
+}
+
+}  // namespace
+
+void ContactBlocks::count_groups(std::span<ContactConstraint* const> constraints,
+                                 const BodyLines& bodies) {
+  pairs_.clear();
+  sources_.clear();
+  const auto body = [&](std::int32_t slot) {
+    const std::int32_t line = bodies.line(slot);
+    return bodies.yields(line) ? line : -1;
+  };
+  for (ContactConstraint* c : constraints) {
+    if (c->is_ahead) continue;
+    sources_.push_back(c);
+    pairs_.push_back({body(c->a), body(c->b)});
+  }
+  const std::span<const std::uint8_t> colours = colouring_.of(pairs_, bodies.moving());
+  groups_.clear();
+  counts_.assign(kGroupsAColour * (kColours + 1), 0);
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    groups_.push_back(kGroupsAColour * colours[k] + kind_of(*sources_[k]));
+    ++counts_[index(groups_.back())];
+  }
+}
+
+/// Room for all; from here on `counts_` holds where a group's next one goes.
+void ContactBlocks::make_runs(std::int32_t nobody, std::int32_t waste) {
+  runs_.clear();
+  used_ = 0;
+  for (const bool only_counts : {true, false}) {
+    std::int32_t next = 0;
+    for (std::size_t group = 0; group < counts_.size(); ++group) {
+      if (counts_[group] == 0) continue;
+      const bool is_serial = group >= kGroupsAColour * kColours;
+      const std::int32_t lanes = is_serial ? 1 : kBlockLanes;
+      const std::int32_t count = (counts_[group] + lanes - 1) / lanes;
+      if (!only_counts) {
+        const std::span blocks(blocks_.data() + next, index(count));
+        for (ContactBlock& block : is_serial ? blocks : blocks.last(1)) clear(block, nobody, waste);
+        const Kind kind = kKinds[group % kGroupsAColour];
+        runs_.push_back({blocks.data(), count, kind.points, kind.joint});
+        counts_[group] = next * kBlockLanes;
+      }
+      next += count;
+    }
+    used_ = index(next);
+    if (blocks_.size() < used_) blocks_.resize(used_ + used_ / 4);
+  }
+}
+
+void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies) {
+  count_groups(constraints, bodies);
+  make_runs(bodies.nobody(), bodies.waste());
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    std::int32_t& next = counts_[index(groups_[k])];
+    fill(blocks_[index(next / kBlockLanes)], next % kBlockLanes, *sources_[k],
+         static_cast<std::int32_t>(k), bodies);
+    next += groups_[k] >= kGroupsAColour * kColours ? kBlockLanes : 1;
+  }
+}
+
+void ContactBlocks::unpack() const {
+  for (const ContactBlock& block : std::span(blocks_).first(used_)) {
+    for (int lane = 0; lane < kBlockLanes; ++lane) {
+      if (block.source[lane] < 0) continue;
+      ContactConstraint& c = *sources_[index(block.source[lane])];
+      for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
+        ConstraintPoint& p = c.points[i];
+        p.s = block.s[i][lane];
+        p.lambda = block.lambda[i][lane];
+        p.lambda_t = {block.lambda_1[i][lane], block.lambda_2[i][lane]};
+        p.lambda_max = block.lambda_max[i][lane];
+        p.K_normal = 1 / block.yields[i][lane];
+      }
+    }
+  }
+}
+
+}  // namespace cradle

@@ -1,0 +1,39 @@
+/// Contacts sorted into blocks of eight for the wide kernels, and back.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/dynamics/contact/body_lines.h"
+#include "server/dynamics/contact/colouring.h"
+#include "server/dynamics/contact/contact_block.h"
+#include "server/dynamics/contact/contact_constraint.h"
+
+namespace cradle {
+
+class ContactBlocks {
+ public:
+  /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
+  /// another.
+  void pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
+  /// What they carry, and their separations.
+  void unpack() const;
+
+  /// To be gone through in order, each block after the one before.
+  std::span<const BlockRun> runs() const { return runs_; }
+
+ private:
+  void count_groups(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
+  void make_runs(std::int32_t nobody, std::int32_t waste);
+
+  Colouring colouring_;
+  std::vector<ColouredPair> pairs_;
+  std::vector<ContactConstraint*> sources_;  // the constraints of `pairs_`
+  std::vector<std::int32_t> groups_;  // and where they belong: by colour, then number of points
+  std::vector<std::int32_t> counts_;  // of each group
+  std::vector<ContactBlock> blocks_;  // the first `used_` of them
+  std::size_t used_ = 0;
+  std::vector<BlockRun> runs_;
+};
+
+}  // namespace cradle

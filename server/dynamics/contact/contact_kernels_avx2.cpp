@@ -1,0 +1,11 @@
+// Contacts four manifolds at a time: compiled for AVX2, and called only where there is AVX2.
+#ifdef CRADLE_WIDE_X86
+#include "server/dynamics/contact/contact_method.h"
+
+namespace cradle {
+namespace {
+using Four = double __attribute__((vector_size(32)));
+}
+constinit const ContactKernels kContactKernels4 = contact_kernels<Four>();
+}  // namespace cradle
+#endif

@@ -1,0 +1,10 @@
+// Contacts one and two manifolds at a time: on every machine.
+#include "server/dynamics/contact/contact_method.h"
+
+namespace cradle {
+namespace {
+using Two = double __attribute__((vector_size(16)));
+}
+constinit const ContactKernels kContactKernels1 = contact_kernels<double>();
+constinit const ContactKernels kContactKernels2 = contact_kernels<Two>();
+}  // namespace cradle

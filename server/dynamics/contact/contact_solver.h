@@ -1,0 +1,47 @@
+/// Methods that move bodies in contact through a tick, behind one interface; one file a method.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/dynamics/contact/contact_constraint.h"
+
+namespace cradle {
+
+struct ContactTick {
+  double dt = 0;  ///< s
+  int sub_steps = 1;
+  double tolerance_m = 0;  ///< if not 0: each island takes as many as this asks for
+  int lanes = 0;           ///< manifolds side by side: one of flight_lanes(), or 0 for the most
+  std::span<const std::int32_t> moving;  ///< slots of the dynamic bodies to move, ascending
+  std::span<const std::int32_t> driven;  ///< slots of kinematic bodies they touch, ascending
+};
+
+/// What the solver chose, and what that is worth.
+struct ContactReport {
+  int islands = 0;
+  int sub_steps_max = 0;            ///< of an island
+  std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
+  double sag_max_m = 0;             ///< expected of loads that last, at these sub-steps
+};
+
+class ContactSolver {
+ public:
+  virtual ~ContactSolver() = default;
+
+  /// Moves the bodies of `tick.moving` through the tick: their x, q, v, w. Kinematic and static
+  /// ones are read only. Forces in `constraints` are last tick's on entry, this tick's on return.
+  virtual ContactReport advance(const ContactTick& tick, const BodyArrays& bodies,
+                                std::span<const Matrix> inverse_inertia_W,
+                                std::span<ContactConstraint> constraints) = 0;
+};
+
+/// By name, e.g. "soft"; null for an unknown one.
+std::unique_ptr<ContactSolver> make_contact_solver(std::string_view name);
+
+/// All names, the default first.
+std::vector<std::string> contact_solver_names();
+
+}  // namespace cradle

@@ -1,0 +1,90 @@
+#include "server/dynamics/contact/single_contacts.h"
+
+#include <algorithm>
+
+namespace cradle {
+
+SingleContact::SingleContact(ContactConstraint& c, BodyLines& bodies)
+    : c_(c), bodies_(bodies), A_(side(c.a, c.turn_A)), B_(side(c.b, c.turn_B)) {}
+
+SingleContact::Side SingleContact::side(std::int32_t slot, const Rotation& turn) const {
+  const std::int32_t line = bodies_.line(slot);
+  const bool is_turned = c_.is_ahead && bodies_.tumbles(line);
+  return {line, bodies_.yields(line), is_turned,
+          is_turned ? Matrix(turn.toRotationMatrix()) : Matrix::Identity()};
+}
+
+/// At the attitude for which the arms hold.
+Vector SingleContact::w(const Side& side) const {
+  return side.is_turned ? Vector(side.turn * bodies_.w(side.line)) : Vector(bodies_.w(side.line));
+}
+
+Vector SingleContact::relative_velocity(const ConstraintPoint& p) const {
+  return bodies_.v(B_.line) + w(B_).cross(p.rB) - bodies_.v(A_.line) - w(A_).cross(p.rA);
+}
+
+double SingleContact::separation(const ConstraintPoint& p) const {
+  return p.s0 + c_.n.dot(bodies_.dp(B_.line) + Vector(bodies_.theta(B_.line)).cross(p.rB) -
+                         bodies_.dp(A_.line) - Vector(bodies_.theta(A_.line)).cross(p.rA));
+}
+
+void SingleContact::push(const Side& side, double inverse_mass, const Matrix& inverse_inertia,
+                         const Vector& r, const Vector& impulse) {
+  if (!side.yields) return;
+  bodies_.v(side.line) += inverse_mass * impulse;
+  const Vector dw = inverse_inertia * r.cross(impulse);
+  bodies_.w(side.line) += side.is_turned ? Vector(side.turn.transpose() * dw) : dw;
+}
+
+void SingleContact::push(const ConstraintPoint& p, const Vector& impulse) {
+  push(A_, c_.inverse_mass_A, c_.inverse_inertia_A, p.rA, -impulse);
+  push(B_, c_.inverse_mass_B, c_.inverse_inertia_B, p.rB, impulse);
+}
+
+void SingleContact::add_normal(ConstraintPoint& p, double change) {
+  const double lambda = std::max(p.lambda + change, 0.0);
+  push(p, (lambda - p.lambda) * c_.n);
+  p.lambda = lambda;
+  p.lambda_max = std::max(p.lambda_max, lambda);
+}
+
+void SingleContact::add_friction(ConstraintPoint& p) {
+  const Vector v = relative_velocity(p);
+  Eigen::Vector2d lambda_t = p.lambda_t - Eigen::Vector2d(c_.t1.dot(v), c_.t2.dot(v)) / p.K_tangent;
+  const double limit = c_.friction * p.lambda;
+  const double size = lambda_t.norm();
+  if (size > limit) lambda_t *= limit / size;
+  const Eigen::Vector2d change = lambda_t - p.lambda_t;
+  push(p, change.x() * c_.t1 + change.y() * c_.t2);
+  p.lambda_t = lambda_t;
+}
+
+void SingleContact::warm_start() {
+  for (const ConstraintPoint& p : c_.used()) {
+    push(p, p.lambda * c_.n + p.lambda_t.x() * c_.t1 + p.lambda_t.y() * c_.t2);
+  }
+}
+
+void SingleContact::solve(const SubStep& step) {
+  for (ConstraintPoint& p : c_.used()) {
+    p.s = separation(p);
+    if (p.s > 0) {
+      add_normal(p, -(normal_velocity(p) + p.s / step.h) / p.K_normal);
+      continue;
+    }
+    const double decay = step.impulse_scale * p.lambda;
+    const double limit = std::max(step.push_speed, -step.push_rate * p.s) + decay * p.K_normal;
+    const double bias = std::max(step.mass_scale * step.bias_rate * p.s, -limit);
+    add_normal(p, -(step.mass_scale * normal_velocity(p) + bias) / p.K_normal - decay);
+  }
+}
+
+void SingleContact::relax(const SubStep& step) {
+  for (ConstraintPoint& p : c_.used()) {
+    p.s = separation(p);
+    add_normal(p, -(normal_velocity(p) + std::max(p.s, 0.0) / step.h) / p.K_normal);
+  }
+  for (ConstraintPoint& p : c_.used()) add_friction(p);
+}
+
+}  // namespace cradle

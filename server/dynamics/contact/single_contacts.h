@@ -1,0 +1,45 @@
+/// Contacts one after another, point by point: those whose arms hold at another time than the
+/// tick's start, and what comes after the sub-steps.
+#pragma once
+
+#include "server/dynamics/contact/body_lines.h"
+#include "server/dynamics/contact/contact_block.h"
+#include "server/dynamics/contact/contact_constraint.h"
+
+namespace cradle {
+
+/// A contact and its bodies. Passes as in contact_method.h; needs the contact's effective masses.
+class SingleContact {
+ public:
+  SingleContact(ContactConstraint& c, BodyLines& bodies);
+
+  void warm_start();
+  void solve(const SubStep& step);
+  void relax(const SubStep& step);
+
+  Vector relative_velocity(const ConstraintPoint& p) const;
+  double normal_velocity(const ConstraintPoint& p) const { return c_.n.dot(relative_velocity(p)); }
+  double separation(const ConstraintPoint& p) const;
+  /// Adds to the normal impulse, which never pulls.
+  void add_normal(ConstraintPoint& p, double change);
+
+ private:
+  /// Of a body: from its line's attitude to that for which the arms hold.
+  struct Side {
+    std::int32_t line;
+    bool yields, is_turned;
+    Matrix turn;
+  };
+  Side side(std::int32_t slot, const Rotation& turn) const;
+  Vector w(const Side& side) const;
+  void add_friction(ConstraintPoint& p);
+  void push(const ConstraintPoint& p, const Vector& impulse);
+  void push(const Side& side, double inverse_mass, const Matrix& inverse_inertia, const Vector& r,
+            const Vector& impulse);
+
+  ContactConstraint& c_;
+  BodyLines& bodies_;
+  Side A_, B_;
+};
+
+}  // namespace cradle

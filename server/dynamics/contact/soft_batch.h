@@ -1,0 +1,38 @@
+/// Islands that take the same number of sub-steps: see soft_batch.cpp.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/dynamics/contact/body_lines.h"
+#include "server/dynamics/contact/contact_blocks.h"
+#include "server/dynamics/contact/contact_solver.h"
+
+namespace cradle {
+
+/// 2 pi times the contact frequency, times the sub-step: a contact under a load that gives its
+/// effective mass the acceleration a sinks in by a (h / kContactAngle)^2.
+double contact_angle();
+
+class SoftBatch {
+ public:
+  /// As ContactSolver::advance; `tick.sub_steps` holds.
+  void advance(const ContactTick& tick, const BodyArrays& arrays,
+               std::span<const Matrix> inverse_inertia_W,
+               std::span<ContactConstraint* const> constraints);
+
+ private:
+  void sort(std::span<ContactConstraint* const> constraints);
+  void warm_start();
+  void solve();
+  void relax();
+  bool apply_restitution(const BodyArrays& arrays);
+
+  const ContactKernels* kernels_ = nullptr;
+  SubStep step_{};
+  BodyLines bodies_;
+  ContactBlocks blocks_;
+  std::vector<ContactConstraint*> singles_, bouncing_;
+};
+
+}  // namespace cradle

@@ -1,0 +1,330 @@
+// Contacts side by side: the same bits at every width, and what one contact by itself would do.
+#include <catch2/catch.hpp>
+#include <limits>
+#include <random>
+
+#include "server/dynamics/contact/contact_blocks.h"
+#include "server/dynamics/contact/contact_kernels.h"
+#include "server/dynamics/contact/single_contacts.h"
+#include "server/dynamics/free_flight.h"
+#include "tests/physics/worlds.h"
+
+namespace cradle {
+namespace {
+
+double uniform(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
+Vector random_vector(std::mt19937_64& random, double size) {
+  const double x = uniform(random, -size, size), y = uniform(random, -size, size);
+  return {x, y, uniform(random, -size, size)};
+}
+
+constexpr SubStep kStep{1.0 / 240, 0.925, 0.0748, 24, 0.3, 4};
+
+/// Balls, bricks, capsules and rods that fall on each other, on the ground and on a platform that
+/// moves.
+auto heap(int lanes, int ticks) {
+  WorldSettings how = settings();
+  how.lanes = lanes;
+  World world(how);
+  add(world, ground());
+  BodySpec platform = brick({2, 2, 0.1}, {0, 0, 0.3}, {0.3, 0, 0});
+  platform.kind = BodyKind::kinematic;
+  add(world, platform);
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 150; ++i) {
+    const Vec3 at{uniform(random, -2, 2), uniform(random, -2, 2), 0.8 + 0.1 * i};
+    BodySpec spec = i % 4 == 0 ? ball(0.3, at) : brick({0.3, 0.3, i % 4 == 1 ? 0.3 : 0.1}, at);
+    if (i % 4 == 3) spec.shape = Shape::capsule(0.15, 0.4);
+    spec.w_WB = {uniform(random, -9, 9), uniform(random, -9, 9), uniform(random, -9, 9)};
+    if (i % 7 == 0) spec.material.restitution = 0.5;
+    add(world, spec);
+  }
+  steps(world, ticks);
+  return world.hash();
+}
+
+/// Bodies in mid air, with random contacts between them.
+struct Tangle {
+  std::vector<Vector> x, v, w, inertia, inverse_inertia, acceleration, torque;
+  std::vector<Rotation> q;
+  std::vector<double> inverse_mass;
+  std::vector<Matrix> inverse_inertia_W;
+  std::vector<std::int32_t> moving, driven;
+  std::vector<ContactConstraint> constraints;
+
+  /// `bodies`, of which the last is driven and the one before it still.
+  Tangle(int bodies, int contacts, int points, std::uint64_t seed) : random(seed) {
+    for (int i = 0; i < bodies; ++i) add_body(i, i + 2 < bodies, i + 1 == bodies);
+    for (int k = 0; k < contacts; ++k) add_contact(bodies, points);
+  }
+
+  BodyLines lines() {
+    BodyLines lines;
+    lines.begin(tick(), arrays(), inverse_inertia_W);
+    lines.integrate_velocities(kStep.h);
+    return lines;
+  }
+  BodyArrays arrays() {
+    return {x, q, v, w, inverse_mass, inertia, inverse_inertia, acceleration, torque};
+  }
+  ContactTick tick() { return {1.0 / 60, 1, 5e-4, 0, moving, driven}; }
+
+ private:
+  void add_body(int slot, bool yields, bool is_driven) {
+    x.push_back(random_vector(random, 1));
+    Rotation turn;
+    turn.coeffs() << random_vector(random, 1), 1;
+    q.push_back(turn.normalized());
+    v.push_back(yields || is_driven ? random_vector(random, 3) : Vector::Zero());
+    w.push_back(yields || is_driven ? random_vector(random, 9) : Vector::Zero());
+    const Vector J = Vector(1, 2, 3) * uniform(random, 0.1, 1);
+    inertia.push_back(J);
+    inverse_inertia.push_back(yields ? Vector(J.cwiseInverse()) : Vector::Zero());
+    inverse_mass.push_back(yields ? uniform(random, 0.1, 10) : 0);
+    acceleration.push_back(Vector::Zero());
+    torque.push_back(Vector::Zero());
+    const Matrix R = q.back().toRotationMatrix();
+    inverse_inertia_W.push_back(R * inverse_inertia.back().asDiagonal() * R.transpose());
+    if (yields) moving.push_back(slot);
+    if (is_driven) driven.push_back(slot);
+  }
+
+  void add_contact(int bodies, int points) {
+    const auto a = static_cast<std::int32_t>(random() % static_cast<std::uint64_t>(bodies - 2));
+    const auto other = random() % static_cast<std::uint64_t>(bodies - 1);
+    add_contact_of(
+        a, static_cast<std::int32_t>(other) + (static_cast<std::int32_t>(other) >= a ? 1 : 0),
+        points);
+  }
+
+ public:
+  void add_contact_of(std::int32_t a, std::int32_t b, int points) {
+    Manifold manifold;
+    manifold.normal_W = random_vector(random, 1).normalized();
+    Vector t1, t2;
+    tangents(manifold.normal_W, t1, t2);
+    manifold.count = points;
+    const Vector centre = random_vector(random, 1);
+    for (int i = 0; i < points; ++i) {
+      ContactPoint& p = manifold.points[static_cast<std::size_t>(i)];
+      p.p_W = centre + uniform(random, -1, 1) * t1 + uniform(random, -1, 1) * t2;
+      p.separation = uniform(random, -0.02, 0.01);
+    }
+    ContactConstraint c = make_constraint(manifold, a, b, arrays(), inverse_inertia_W);
+    c.friction = uniform(random, 0, 1);
+    for (ConstraintPoint& p : c.used()) {
+      p.lambda = uniform(random, 0, 0.1);
+      p.lambda_t = {uniform(random, -0.01, 0.01), uniform(random, -0.01, 0.01)};
+    }
+    find_effective_masses(c);
+    constraints.push_back(c);
+  }
+
+ private:
+  std::mt19937_64 random;
+};
+
+/// A sub-step of them, side by side.
+void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
+             const ContactKernels& kernels) {
+  ContactBlocks blocks;
+  std::vector<ContactConstraint*> all;
+  for (ContactConstraint& c : constraints) all.push_back(&c);
+  blocks.pack(all, bodies);
+  for (const BlockRun& run : blocks.runs()) {
+    kernels.prepare(run, kStep);
+    kernels.warm_start(run, bodies.velocities());
+  }
+  for (const BlockRun& run : blocks.runs()) kernels.solve(run, kStep, bodies.velocities());
+  bodies.integrate_positions(kStep.h, 3);
+  for (const BlockRun& run : blocks.runs()) {
+    kernels.relax(run, kStep, bodies.velocities(), bodies.motions());
+  }
+  blocks.unpack();
+}
+
+}  // namespace
+
+TEST_CASE("a heap falls to the same bits at every width") {
+  const auto one = heap(1, 200);
+  CHECK(one != heap(1, 199));
+  for (const int lanes : flight_lanes()) {
+    INFO(lanes << " lanes");
+    CHECK(heap(lanes, 200) == one);
+  }
+}
+
+TEST_CASE("a manifold in a block does what its points would do one after another") {
+  const int lanes = GENERATE(1, 0);
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    Tangle tangle(9, 1, 1 + static_cast<int>(seed % 4), seed);
+    tangle.constraints[0].points[0].lambda = 0;  // or they would be solved at once
+    std::vector<ContactConstraint> alone = tangle.constraints;
+    BodyLines side_by_side = tangle.lines(), one_by_one = tangle.lines();
+
+    advance(tangle.constraints, side_by_side, contact_kernels_of(lanes));
+    SingleContact contact(alone[0], one_by_one);
+    contact.warm_start();
+    contact.solve(kStep);
+    one_by_one.integrate_positions(kStep.h, 3);
+    contact.relax(kStep);
+
+    for (std::size_t i = 0; i < static_cast<std::size_t>(alone[0].count); ++i) {
+      const ConstraintPoint& p = tangle.constraints[0].points[i];
+      const ConstraintPoint& q = alone[0].points[i];
+      CHECK(p.s == Approx(q.s).margin(1e-13));
+      CHECK(p.lambda == Approx(q.lambda).margin(1e-12));
+      CHECK((p.lambda_t - q.lambda_t).norm() < 1e-12);
+      CHECK(p.lambda_max == Approx(q.lambda_max).margin(1e-12));
+    }
+    for (const std::int32_t slot : tangle.moving) {
+      const std::int32_t line = side_by_side.line(slot);
+      CHECK((side_by_side.v(line) - one_by_one.v(line)).norm() < 1e-11);
+      CHECK((side_by_side.w(line) - one_by_one.w(line)).norm() < 1e-11);
+    }
+  }
+}
+
+TEST_CASE("points that carry together are solved at once") {
+  // Against the same linear equations by a dense solver, with the points' responses measured on the
+  // bodies: each unit impulse by itself.
+  int at_once = 0;
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    const int points = 2 + static_cast<int>(seed % 3);
+    Tangle tangle(5, 1, points, seed);
+    ContactConstraint& c = tangle.constraints[0];
+    for (ConstraintPoint& p : c.used()) p.lambda = 5 * (p.lambda + 0.1);
+    Eigen::MatrixXd K(points, points);
+    Eigen::VectorXd rest(points), old(points);
+    for (int i = 0; i < points; ++i) {
+      const ConstraintPoint& p = c.points[static_cast<std::size_t>(i)];
+      BodyLines pushed = tangle.lines(), still = tangle.lines();
+      SingleContact push(c, pushed), before(c, still);
+      ConstraintPoint unit = p;
+      push.add_normal(unit, 1);
+      for (int j = 0; j < points; ++j) {
+        const ConstraintPoint& q = c.points[static_cast<std::size_t>(j)];
+        K(j, i) = push.normal_velocity(q) - before.normal_velocity(q);
+      }
+      const double limit = std::max(kStep.push_speed, -kStep.push_rate * p.s0) +
+                           kStep.impulse_scale * K(i, i) * p.lambda;
+      const double bias = std::max(kStep.mass_scale * kStep.bias_rate * p.s0, -limit);
+      const double vn = before.normal_velocity(p);
+      rest[i] = p.s0 > 0
+                    ? vn + p.s0 / kStep.h
+                    : vn + (bias + kStep.impulse_scale * K(i, i) * p.lambda) / kStep.mass_scale;
+      old[i] = p.lambda;
+    }
+    Eigen::MatrixXd soft = K;
+    for (int i = 0; i < points; ++i) {
+      soft(i, i) += 0.01 * K.trace() / points + kStep.impulse_scale / kStep.mass_scale * K(i, i);
+    }
+    const Eigen::VectorXd expected = old - soft.partialPivLu().solve(rest);
+    if (expected.minCoeff() < 0) continue;
+    ++at_once;
+
+    BodyLines bodies = tangle.lines();
+    ContactConstraint* all[] = {&c};
+    ContactBlocks blocks;
+    blocks.pack(all, bodies);
+    for (const BlockRun& run : blocks.runs()) {
+      CHECK(run.joint);
+      contact_kernels_of(0).prepare(run, kStep);
+      contact_kernels_of(0).solve(run, kStep, bodies.velocities());
+    }
+    blocks.unpack();
+    for (int i = 0; i < points; ++i) {
+      CHECK(c.points[static_cast<std::size_t>(i)].lambda == Approx(expected[i]).epsilon(1e-9));
+    }
+  }
+  CHECK(at_once > 50);
+}
+
+TEST_CASE("a manifold that sticks stops at once, one that cannot slides within its cones") {
+  int stuck = 0, slid = 0;
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    Tangle tangle(5, 1, 2 + static_cast<int>(seed % 3), seed);
+    ContactConstraint& c = tangle.constraints[0];
+    const bool is_rough = seed % 2 == 0;
+    c.friction = is_rough ? 100 : 0.01;
+    tangle.v[static_cast<std::size_t>(c.a)] += 30 * c.n;  // towards B
+    BodyLines bodies = tangle.lines();
+    advance(tangle.constraints, bodies, contact_kernels_of(0));
+    const SingleContact contact(c, bodies);
+    double least = 1e9, most = 0;
+    for (const ConstraintPoint& p : c.used()) {
+      CHECK(p.lambda_t.norm() <= c.friction * p.lambda * (1 + 1e-12));
+      least = std::min(least, p.lambda);
+      most = std::max(most, p.lambda);
+    }
+    if (least < 0.1 * most) continue;  // a point that carries little may not stick
+    for (const ConstraintPoint& p : c.used()) {
+      const Vector v = contact.relative_velocity(p);
+      const double speed = (v - v.dot(c.n) * c.n).norm();
+      if (is_rough) CHECK(speed < 1e-9 * (1 + v.norm()));
+      slid += !is_rough && speed > 1;
+    }
+    stuck += is_rough;
+  }
+  CHECK(stuck > 30);
+  CHECK(slid > 30);
+}
+
+TEST_CASE("a body without usable numbers spoils nobody that it does not touch") {
+  Tangle tangle(12, 0, 1, 1);
+  const std::int32_t still = 10, driven = 11;
+  for (std::int32_t slot = 0; slot < 10; ++slot) {
+    tangle.add_contact_of(slot, slot % 2 == 0 ? still : driven, 2);
+  }
+  tangle.v[8].setConstant(std::numeric_limits<double>::quiet_NaN());
+  tangle.v[9].setConstant(std::numeric_limits<double>::infinity());
+  BodyLines bodies = tangle.lines();
+  for (int pass = 0; pass < 2; ++pass) {
+    advance(tangle.constraints, bodies, contact_kernels_of(0));
+  }
+  for (std::int32_t slot = 0; slot < 12; ++slot) {
+    const std::int32_t line = bodies.line(slot);
+    CHECK((bodies.v(line).allFinite() && bodies.w(line).allFinite()) == (slot != 8 && slot != 9));
+  }
+}
+
+TEST_CASE("manifolds in one block share no body that yields") {
+  Tangle tangle(40, 400, 2, 3);
+  const BodyLines bodies = tangle.lines();
+  ContactBlocks blocks;
+  std::vector<ContactConstraint*> all;
+  for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
+  blocks.pack(all, bodies);
+  std::vector<int> seen(tangle.constraints.size(), 0);
+  for (const BlockRun& run : blocks.runs()) {
+    for (std::int32_t k = 0; k < run.count; ++k) {
+      const ContactBlock& block = run.blocks[k];
+      std::vector<int> touched(bodies.moving(), 0);
+      for (int lane = 0; lane < kBlockLanes; ++lane) {
+        if (block.source[lane] < 0) continue;
+        ++seen[static_cast<std::size_t>(block.source[lane])];
+        for (const std::int32_t line : {block.a[lane], block.b[lane]}) {
+          if (bodies.yields(line)) ++touched[static_cast<std::size_t>(line)];
+        }
+      }
+      for (const int times : touched) CHECK(times <= 1);
+    }
+  }
+  for (const int times : seen) CHECK(times == 1);
+}
+
+TEST_CASE("a body with more contacts than there are colours has them one after another") {
+  std::vector<ColouredPair> pairs;
+  for (std::int32_t k = 0; k < 80; ++k) pairs.push_back({0, k + 1});
+  pairs.push_back({7, 99});
+  Colouring colouring;
+  const auto colours = colouring.of(pairs, 100);
+  for (int k = 0; k < 80; ++k) {
+    CHECK(colours[static_cast<std::size_t>(k)] == std::min(k, kColours));
+  }
+  CHECK(colours[80] == 0);  // what another pair has taken at body 7 is colour 6
+}
+
+}  // namespace cradle

@@ -1,0 +1,195 @@
+// The error is stated, the sub-steps are found: how far contacts sink in, against what is foretold.
+#include <catch2/catch.hpp>
+#include <functional>
+#include <string>
+
+#include "server/dynamics/contact/islands.h"
+#include "tests/physics/worlds.h"
+
+namespace cradle {
+namespace {
+
+/// Bodies that rest on each other, and by how much they should be apart along z.
+struct Resting {
+  BodyId below, above;
+  double distance_m;
+};
+
+/// A scene, and what rests on what in it.
+struct Scene {
+  std::string name;
+  std::function<std::vector<Resting>(World&)> build;
+};
+
+BodyId add_ground(World& world) { return add(world, ground()); }
+
+/// From the ground up, each of its half height and mass; at rest.
+std::vector<Resting> tower(World& world, const std::vector<std::pair<double, double>>& bricks) {
+  std::vector<Resting> contacts;
+  BodyId below = add_ground(world);
+  double top = 0, half_below = 0;
+  for (const auto& [half, mass] : bricks) {
+    BodySpec spec = brick({0.5, 0.5, half}, {0, 0, top + half});
+    spec.mass_kg = mass;
+    const BodyId above = add(world, spec);
+    contacts.push_back({below, above, half_below + half});
+    top += 2 * half;
+    half_below = half;
+    below = above;
+  }
+  return contacts;
+}
+
+std::vector<Resting> alone(World& world, Shape shape, double height_m) {
+  const BodyId below = add_ground(world);
+  BodySpec spec = ball(0.5, {0, 0, height_m});
+  spec.shape = std::move(shape);
+  return {{below, add(world, spec), height_m}};
+}
+
+/// Rows of cubes with gaps, each on two of the row below.
+std::vector<Resting> pyramid(World& world, int rows) {
+  std::vector<Resting> contacts;
+  std::vector<BodyId> below(static_cast<std::size_t>(rows), add_ground(world));
+  for (int row = 0; row < rows; ++row) {
+    std::vector<BodyId> these;
+    for (int i = 0; i < rows - row; ++i) {
+      these.push_back(add(world, brick({0.5, 0.5, 0.5}, {1.05 * (i + 0.5 * row), 0, row + 0.5})));
+      contacts.push_back({below[static_cast<std::size_t>(i)], these.back(), row == 0 ? 0.5 : 1});
+    }
+    below = these;
+  }
+  return contacts;
+}
+
+const std::vector<Scene>& scenes() {
+  using Bricks = std::vector<std::pair<double, double>>;
+  static const std::vector<Scene> all{
+      {"a cube",
+       [](World& w) {
+         return tower(w, {{0.5, 1}});
+       }},
+      {"three cubes",
+       [](World& w) {
+         return tower(w, Bricks(3, {0.5, 1}));
+       }},
+      {"ten cubes",
+       [](World& w) {
+         return tower(w, Bricks(10, {0.5, 1}));
+       }},
+      {"twenty cubes",
+       [](World& w) {
+         return tower(w, Bricks(20, {0.5, 1}));
+       }},
+      {"ten kilogrammes on one",
+       [](World& w) {
+         return tower(w, {{0.5, 1}, {0.5, 10}});
+       }},
+      {"a hundred on one",
+       [](World& w) {
+         return tower(w, {{0.5, 1}, {0.5, 100}});
+       }},
+      {"a plate on bricks",
+       [](World& w) {
+         return tower(w, {{0.2, 2}, {0.3, 3}, {0.05, 20}});
+       }},
+      {"a ball", [](World& w) { return alone(w, Shape::sphere(0.5), 0.5); }},
+      {"a cylinder", [](World& w) { return alone(w, Shape::cylinder(0.5, 0.3), 0.3); }},
+      {"a pyramid", [](World& w) { return pyramid(w, 6); }},
+  };
+  return all;
+}
+
+struct Sag {
+  double expected_m, measured_m;
+  int sub_steps;
+};
+
+Sag rest(const Scene& scene, double tolerance_m) {
+  WorldSettings how = settings();
+  how.contact_tolerance_m = tolerance_m;
+  World world(how);
+  const std::vector<Resting> contacts = scene.build(world);
+  steps(world, 600);
+  const StepReport report = world.step();
+  double most = 0;
+  for (const Resting& c : contacts) {
+    const double apart = state(world, c.above).p_WBo.z - state(world, c.below).p_WBo.z;
+    most = std::max(most, c.distance_m - apart);
+  }
+  return {report.sag_expected_m, most, report.sub_steps_max};
+}
+
+}  // namespace
+
+TEST_CASE("contacts sink in as far as foretold, and no farther than allowed") {
+  for (const double tolerance : {5e-4, 5e-3, 1e-4}) {
+    for (const Scene& scene : scenes()) {
+      const Sag outcome = rest(scene, tolerance);
+      INFO(scene.name << ", " << 1e3 * tolerance << " mm allowed: " << 1e3 * outcome.expected_m
+                      << " mm expected, " << 1e3 * outcome.measured_m << " mm measured, "
+                      << outcome.sub_steps << " sub-steps");
+      CHECK(outcome.measured_m == Approx(outcome.expected_m).epsilon(0.2));
+      if (outcome.sub_steps < 64) CHECK(outcome.measured_m <= 1.01 * tolerance);
+    }
+  }
+}
+
+TEST_CASE("a load asks for sub-steps as its square root, and for more where less is allowed") {
+  const auto sub_steps = [](double mass, double tolerance) {
+    return rest({"",
+                 [mass](World& w) {
+                   return tower(w, {{0.5, 1}, {0.5, mass}});
+                 }},
+                tolerance)
+        .sub_steps;
+  };
+  // n = dt / (2 pi 0.177) sqrt(a / tolerance), with a = 101 g: 0.0150 s * sqrt(991 / 5e-4) = 21.1
+  CHECK(sub_steps(100, 5e-4) == 24);
+  CHECK(sub_steps(400, 5e-4) == 48);     // 42.1
+  CHECK(sub_steps(100, 2e-3) == 12);     // 10.5
+  CHECK(sub_steps(1, 5e-4) == 4);        // 2.9: there are never less
+  CHECK(sub_steps(10'000, 5e-4) == 64);  // 211: nor more
+}
+
+TEST_CASE("islands that do not touch have sub-steps of their own") {
+  WorldSettings how = settings();
+  how.contact_tolerance_m = 5e-4;
+  World both(how), one(how);
+  const auto cube = [](double x, double z, double mass) {
+    BodySpec spec = brick({0.5, 0.5, 0.5}, {x, 0, z});
+    spec.mass_kg = mass;
+    return spec;
+  };
+  for (World* world : {&both, &one}) {
+    add(*world, ground());
+    add(*world, cube(0, 0.5, 1));
+  }
+  add(both, cube(5, 0.5, 1));
+  add(both, cube(5, 1.5, 200));
+  steps(both, 300);
+  steps(one, 300);
+  const StepReport report = both.step();
+  CHECK(report.islands == 2);
+  CHECK(report.sub_steps_max == 32);  // 0.0150 s * sqrt(201 g / 5e-4) = 29.8
+  CHECK(one.step().sub_steps_max == 4);
+  // The cube that stands alone does not feel what is done for others, to the last bit.
+  CHECK(state(both, BodyId{2}).p_WBo.z == state(one, BodyId{2}).p_WBo.z);
+}
+
+TEST_CASE("islands are what touches, and what does not yield joins nobody") {
+  Islands islands;
+  const std::vector<ColouredPair> pairs{{0, 1}, {4, 1}, {2, -1}, {3, -1}, {5, 6}, {-1, 6}};
+  islands.find(pairs, 8);
+  CHECK(islands.count() == 5);
+  CHECK(islands.of(0) == 0);
+  CHECK(islands.of(1) == 0);
+  CHECK(islands.of(4) == 0);
+  CHECK(islands.of(2) == 1);
+  CHECK(islands.of(3) == 2);
+  CHECK(islands.of(5) == 3);
+  CHECK(islands.of(6) == 3);
+  CHECK(islands.of(7) == 4);
+}
+
+}  // namespace cradle

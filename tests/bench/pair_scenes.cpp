@@ -153,7 +153,7 @@ double half_width(const Solid& solid) {
   return 0.5 * (support_point(solid, down) - support_point(solid, -down)).dot(down);
 }
 
-Pair turned(const Solid& A, const Solid& B, Situation situation, RandomPoses& random) {
+Pair turned_once(const Solid& A, const Solid& B, Situation situation, RandomPoses& random) {
   Pair pair{A, B, {random.vector(3), random.rotation()}, {random.vector(3), random.rotation()}};
   const bool is_plane = B.shape.kind == ShapeKind::half_space;
   const Vector line = is_plane ? Vector(-pair.X_WB.R.col(2)) : random.direction();
@@ -172,6 +172,14 @@ Pair turned(const Solid& A, const Solid& B, Situation situation, RandomPoses& ra
       break;
   }
   return pair;
+}
+
+Pair turned(const Solid& A, const Solid& B, Situation situation, RandomPoses& random) {
+  for (;;) {
+    const Pair pair = turned_once(A, B, situation, random);
+    // A tip that is pushed so far past a rim may come out on its other side.
+    if (situation != Situation::deep || parting(pair).overlap > 0) return pair;
+  }
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ std::string_view word_of(PairShape shape);
 enum class Situation {
   resting,  ///< flush on a face or lying on a side, up to 1 mm deep
   angle,    ///< turned at random, up to 1 cm deep
-  deep,     ///< turned at random, 10 to 50 % of the thinner shape's half width
+  deep,     ///< turned at random, 10 to 50 % of the thinner shape's half width along the line on
+            ///< which they touched first; none that has left on the other side
   apart,    ///< turned at random, within the margin
 };
 inline constexpr std::array kSituations = {Situation::resting, Situation::angle, Situation::deep,

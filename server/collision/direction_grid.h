@@ -11,7 +11,7 @@
 namespace cradle {
 
 struct DirectionGrid {
-  static constexpr int kAcross = 16;  ///< even, so that no cell has parts of two sides
+  static constexpr int kAcross = 32;  ///< even, so that no cell has parts of two sides
   static constexpr std::size_t kCells = 2 * kAcross * kAcross;  ///< half of them beside the sides
 
   /// Of a direction of any length; zero and what is no number are in some cell, too.

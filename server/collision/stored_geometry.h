@@ -82,7 +82,7 @@ struct ConvexHull {
   std::vector<std::int32_t> widest;      ///< the faces with most area, largest first, at most 256
   /// Vertices that may be farthest along a direction of cell c of a DirectionGrid:
   /// likely[likely_first[c] .. likely_first[c + 1]-1], by fours, so some come twice. Empty for
-  /// hulls of very many vertices.
+  /// hulls of very many vertices. About 20 KB.
   std::vector<std::uint16_t> likely, likely_first;
   Vector centre = Vector::Zero();  ///< m, mean of the vertices
   double inner_radius = 0;         ///< m, of a ball about `centre` that the hull holds

@@ -227,23 +227,23 @@ FaceDirection best_face(const ConvexPair& pair, SupportHints& hints) {
   return best.best();
 }
 
-bool is_best(const ConvexPair& pair, const FaceDirection& face) {
+bool is_best(const ConvexPair& pair, const FaceDirection& face, double slack) {
   using Of = FaceDirection::Of;
   if (face.face_of == Of::nothing || !(face.overlap > 0)) return false;
   const double inside = face.face_of == Of::A
                             ? inside_face(pair.A, face.n, face.face, face.deepest)
                             : inside_face(pair.B, -(pair.R.transpose() * face.n), face.face,
                                           pair.R.transpose() * (face.deepest - pair.t));
-  const double d = face.overlap, r = inside;
-  if (!(r >= d)) return false;
-  if (pair.has_flat()) return is_certain(pair, face);
+  const double d = face.overlap + slack, r = inside - slack;
+  if (!(r >= d && face.overlap > slack)) return false;
+  if (pair.has_flat()) return slack == 0 && is_certain(pair, face);
   // The ball's centre is `below` the disc's, as n goes, and `aside` of it.
-  const double below = face.n.dot(pair.centre);
-  const double aside2 = pair.centre.squaredNorm() - below * below;
+  const double middle = face.n.dot(pair.centre), below = middle - slack;
+  const double aside2 = pair.centre.squaredNorm() - middle * middle;
   const double reach = pair.A.inner_radius + pair.B.inner_radius;
   const double sine = 2 * d * r, cosine = r * r - d * d, one = r * r + d * d;  // but for a factor
   return below >= 0 &&
-         below * cosine + (reach - d) * one >= std::sqrt(std::max(0.0, aside2)) * sine;
+         below * cosine + (reach - d) * one >= (std::sqrt(std::max(0.0, aside2)) + slack) * sine;
 }
 
 }  // namespace cradle

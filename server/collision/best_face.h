@@ -22,7 +22,8 @@ struct FaceDirection : Direction {
 /// are compared, up to 256 each.
 FaceDirection best_face(const ConvexPair& pair, SupportHints& hints);
 
-/// Whether the cores certainly overlap, and in that direction least.
-bool is_best(const ConvexPair& pair, const FaceDirection& face);
+/// Whether the cores certainly overlap, and in that direction least; and, where neither is flat, do
+/// so until both have moved by `slack` (m) together.
+bool is_best(const ConvexPair& pair, const FaceDirection& face, double slack = 0);
 
 }  // namespace cradle

@@ -29,24 +29,25 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// more: closest points tell a direction to 1e-8 or so, geometry exactly.
 void sharpen(const ConvexPair& pair, const SupportFeature& A, const SupportFeature& B,
              LeastOverlap& least, SupportHints& hints) {
-  const auto try_normal = [&](const Vector& exact) {
+  const auto try_normal = [&](const Vector& exact, bool is_face) {
     const double off2 = (exact - least.n).squaredNorm();
     constexpr double kNear2 = kTolerances.sharpen_sine * kTolerances.sharpen_sine;
     if (!(off2 < kNear2) || off2 == 0) return;
     const double overlap = core_overlap(pair, exact, hints);
     if (overlap > least.overlap + kTolerances.coincident_m) return;
+    if (is_face) least.sine = 1;
     least.n = exact;
     least.overlap = overlap;
   };
-  if (A.count > 2) try_normal(A.normal);
-  if (B.count > 2) try_normal(-(pair.R * B.normal));
+  if (A.count > 2) try_normal(A.normal, true);
+  if (B.count > 2) try_normal(-(pair.R * B.normal), true);
   if (A.count == 2 && B.count == 2) {
     const Vector across =
         (A.corners[1] - A.corners[0]).cross(pair.R * (B.corners[1] - B.corners[0]));
     const double length2 = across.squaredNorm();
     if (!(length2 > 0)) return;
     const Vector n = across / std::sqrt(length2);
-    try_normal(n.dot(least.n) < 0 ? Vector(-n) : n);
+    try_normal(n.dot(least.n) < 0 ? Vector(-n) : n, false);
   }
 }
 
@@ -109,20 +110,37 @@ void find_contacts(const ConvexPair& pair, const SupportFeature& A, const Suppor
   }
 }
 
+Manifold apart(double separation) {
+  Manifold nothing;
+  nothing.lead = separation;
+  return nothing;
+}
+
+/// What both bodies may move until the normal is another one. It turns the faster the more nearly
+/// parallel the edges are that it is across, and what touches slides along them.
+double lead(const ConvexPair& pair, const LeastOverlap& least) {
+  constexpr double kTurn = 2.5e-3;  // rad
+  if (least.lead <= 0) return least.lead;
+  if (least.sine == 1) return least.lead;
+  return std::min(least.lead, kTurn * least.sine * std::min(pair.A.thickness, pair.B.thickness));
+}
+
 }  // namespace
 
 Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, double margin) {
   const ConvexPair pair(collider_A, collider_B);
   if (!(pair.t.squaredNorm() < kInfinity && pair.R.squaredNorm() < kInfinity)) return {};
   SupportHints hints;
-  LeastOverlap least = least_overlap(pair, margin + pair.radii(), hints);
-  if (!least.is_within_limit) return {};
+  const double lead_wanted =
+      2 * kTolerances.kept_motion * 2 * std::min({1.0, pair.A.thickness, pair.B.thickness});
+  LeastOverlap least = least_overlap(pair, margin + pair.radii(), hints, lead_wanted);
+  if (!least.is_within_limit) return apart(-least.overlap - pair.radii());
 
   SupportFeature A = support_feature(pair.A, least.n, hints.A);
   SupportFeature B = support_feature(pair.B, -(pair.R.transpose() * least.n), hints.B);
   sharpen(pair, A, B, least, hints);
   const double s = -least.overlap - pair.radii();
-  if (!(s <= margin)) return {};
+  if (!(s <= margin)) return apart(s);
 
   const Matrix T = frame_along(least.n);
   place(A, T, Vector::Zero(), pair.A.radius);
@@ -146,6 +164,7 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
   Manifold manifold;
   manifold.normal_W = R_WF.col(2);
   manifold.count = static_cast<int>(points.size());
+  manifold.lead = lead(pair, least);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;
     manifold.points[k] = {X_WA.x + R_WF * Vector(p.x(), p.y(), points[k].height), p.z(),

@@ -64,7 +64,7 @@ struct Simplex {
 struct Closest {
   enum class Kind { apart, overlapping, beyond_limit } kind = Kind::overlapping;
   Vector n = Vector::Zero();    ///< unit, from A to B; if apart
-  double distance = 0;          ///< if apart
+  double distance = 0;          ///< if apart; beyond the limit, a distance they have at least
   Vector p_A = Vector::Zero();  ///< closest point of A
 };
 
@@ -76,13 +76,20 @@ Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, do
 
 /// The direction in which the cores overlap least, or, if they are apart, are farthest apart.
 struct LeastOverlap {
-  bool is_within_limit = false;  ///< false: farther apart than the limit, and the rest is nothing
-  Vector n = Vector::Zero();     ///< unit, from A to B
-  double overlap = 0;            ///< of the cores along n
-  Vector p_A = Vector::Zero();   ///< a point of A that touches B when B has been moved out along n
+  /// False: farther apart than the limit, by -overlap at least; there is no more to it.
+  bool is_within_limit = false;
+  Vector n = Vector::Zero();    ///< unit, from A to B
+  double overlap = 0;           ///< of the cores along n
+  Vector p_A = Vector::Zero();  ///< a point of A that touches B when B has been moved out along n
+  /// m, of cores with corners only: what both may move together until another direction overlaps
+  /// less, or n has turned; it may be more. 0: not known; below: too little to rely on.
+  double lead = 0;
+  double sine = 1;  ///< of the angle between the edges that n is across; 1: it is not across two
 };
 
-/// `limit` is a distance of the cores, m.
-LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints);
+/// `limit` is a distance of the cores, m. The lead is sought if `lead_wanted` (m) is above 0, and
+/// up to that.
+LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints,
+                           double lead_wanted = 0);
 
 }  // namespace cradle

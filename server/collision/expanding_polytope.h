@@ -33,6 +33,9 @@ class ExpandingPolytope {
 
   /// The point of A at the foot of the origin on the face; clamped to the face.
   Vector foot_on_A(const Face& face) const;
+  std::array<Difference, 3> corners_of(const Face& face) const {
+    return {corners_[face.corners[0]], corners_[face.corners[1]], corners_[face.corners[2]]};
+  }
   const Difference& corner(std::uint8_t k) const { return corners_[k]; }
 
  private:

@@ -159,7 +159,9 @@ Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, do
     Difference next = support(pair, foot.v / -distance, hints);
     next.w -= shift;
     const double v_w = foot.v.dot(next.w);
-    if (v_w > limit * distance) return {Closest::Kind::beyond_limit, {}, {}, {}};
+    if (v_w > limit * distance) {
+      return {Closest::Kind::beyond_limit, Vector::Zero(), v_w / distance, Vector::Zero()};
+    }
     largest = std::max(largest, next.w.cwiseAbs().maxCoeff());
     if (distance2 - v_w <= std::max(simplex.gap * distance2, kRounding * largest * distance)) break;
     if (has(s, next.w)) break;

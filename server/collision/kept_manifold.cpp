@@ -23,7 +23,6 @@ bool is_worth_keeping(ShapeKind A, ShapeKind B) {
 
 double bearable_motion(const Manifold& manifold, double reach) {
   if (manifold.count == 0) return manifold.lead;
-  if (manifold.lead == 0) return kTolerances.blind_motion * reach;
   return std::min(manifold.lead / 2, kTolerances.kept_motion * std::min(reach, 1.0));
 }
 

@@ -7,8 +7,8 @@
 ///    can be missed (exact);
 ///  - contacts: no other direction can have become the better one (each separation changes by the
 ///    motion at most, their difference by twice as much), and the points have not wandered far.
-///    Normal and points then move with the bodies. The error of a separation is of second order in
-///    the motion: 2e-6 m for a cube of 1 m.
+///    Where the lead is not known, nothing is kept. Normal and points move with the bodies. The
+///    error of a separation is of second order in the motion: 2e-6 m for a cube of 1 m.
 /// Cost: next to nothing where nothing touches, 40 ns to move four points.
 #pragma once
 

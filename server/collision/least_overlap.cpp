@@ -20,14 +20,16 @@
 // no more than a few corners, as the polytope only compares minima; and where faces kiss it begins
 // at a tetrahedron of its own.
 //
-// Cost at -O3: polytopes apart 0.5 us, overlapping 0.6 .. 1 us, deep 2.5 us; curved shapes 0.7 us,
+// Cost at -O3: polytopes apart 0.5 us, overlapping 0.6 .. 1 us, deep 2 us; curved shapes 0.7 us,
 // and as much again to look for other minima; deep 2 .. 4 us.
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "server/collision/descent.h"
 #include "server/collision/expanding_polytope.h"
+#include "server/collision/lead.h"
 #include "server/collision/polish.h"
 
 namespace cradle {
@@ -35,6 +37,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSure_m = 1e-11;    // overlaps this near to each other are one
+constexpr int kLeadSteps = 6;        // to see how much the best direction leads
 constexpr double kKissing_m = 1e-8;  // nearer than this, closest points tell no direction
 
 // The way to a local minimum. Its first closest points need only lead roughly there: their squared
@@ -94,16 +97,52 @@ bool begin_anywhere(const ConvexPair& pair, SupportHints& hints, ExpandingPolyto
   return polytope.begin(corners);
 }
 
+LeastOverlap beyond(double distance) {
+  LeastOverlap nothing;
+  nothing.overlap = -distance;
+  return nothing;
+}
+
+/// How much less the best direction overlaps than any other, up to `wanted`: the polytope grows on
+/// until its nearest face, but for those that are as good as the best, is known well enough.
+double lead_over_others(const ConvexPair& pair, ExpandingPolytope& polytope,
+                        const LeastOverlap& best, double wanted, SupportHints& hints) {
+  for (int step = 0;; ++step) {
+    const int f = polytope.nearest(best.overlap + wanted);
+    if (f < 0) return wanted;
+    const ExpandingPolytope::Face& face = polytope.face(f);
+    const double at_least = face.distance - best.overlap;
+    const bool is_other = face.n.dot(best.n) < kOneDirection;
+    if (is_other && (step >= kLeadSteps || 2 * at_least > wanted)) return at_least;
+    if (step >= kLeadSteps) return -1;
+    const Difference next = support(pair, face.n, hints);
+    if (face.n.dot(next.w) - face.distance <= kSure_m) {
+      if (is_other) return at_least;
+      polytope.close(f);
+    } else if (!polytope.expand(f, next)) {
+      return -1;
+    }
+  }
+}
+
 /// False if rounding got in the way.
 bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportHints& hints,
-                        LeastOverlap& best) {
+                        double lead_wanted, LeastOverlap& best) {
   ExpandingPolytope polytope;
   const bool has_begun = simplex.count == 4 && polytope.begin(simplex.corners);
   if (!has_begun && !begin_anywhere(pair, hints, polytope)) return false;
   best = {true, Vector::Zero(), kInfinity, Vector::Zero()};
+  int of_best = -1;
   for (;;) {
     const int f = polytope.nearest(best.overlap - kSure_m);
-    if (f < 0) return true;
+    if (f < 0) {
+      if (lead_wanted > 0) {
+        best.lead = lead_over_others(pair, polytope, best, lead_wanted, hints);
+        if (!(best.lead > 0)) best.lead = -1;
+        if (of_best >= 0) best.sine = edge_sine(polytope.corners_of(polytope.face(of_best)));
+      }
+      return true;
+    }
     const ExpandingPolytope::Face& face = polytope.face(f);
     const Difference next = support(pair, face.n, hints);
     const double overlap = face.n.dot(next.w);
@@ -112,6 +151,7 @@ bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportH
       best.n = face.n;
       best.overlap = overlap;
       best.p_A = is_surface ? polytope.foot_on_A(face) : next.a;
+      of_best = f;
     }
     if (is_surface) {
       polytope.close(f);
@@ -121,19 +161,27 @@ bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportH
   }
 }
 
-LeastOverlap of_polytopes(const ConvexPair& pair, double limit, SupportHints& hints) {
+LeastOverlap of_polytopes(const ConvexPair& pair, double limit, double lead_wanted,
+                          SupportHints& hints) {
   Simplex simplex;
   const double length = pair.centre.norm();
   const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
   const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
-  if (found.kind == Closest::Kind::beyond_limit) return {};
+  if (found.kind == Closest::Kind::beyond_limit) return beyond(found.distance);
   // Of those that kiss, the closest points tell no direction.
   if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
-    return {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
+    LeastOverlap best{true, found.n, core_overlap(pair, found.n, hints), found.p_A};
+    if (lead_wanted > 0) {
+      best.lead = lead_of_closest(simplex, found.distance);
+      if (simplex.count == 3) best.sine = edge_sine(std::span(simplex.corners).first(3));
+    }
+    return best;
   }
   LeastOverlap best;
-  if (least_by_expanding(pair, simplex, hints, best)) return best;
-  return descend(pair, best_face(pair, hints), hints);
+  if (least_by_expanding(pair, simplex, hints, lead_wanted, best)) return best;
+  best = descend(pair, best_face(pair, hints), hints);
+  best.lead = -1;
+  return best;
 }
 
 /// The local minimum that closest points lead to from a direction, with the corners that it is
@@ -145,7 +193,7 @@ bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, 
   const Closest found =
       closest(pair, out * from.n, from.n, out > 0 ? kInfinity : limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    least = {};
+    least = beyond(found.distance);
     return true;
   }
   if (found.kind != Closest::Kind::apart) return false;
@@ -215,13 +263,16 @@ void seek_lower(const ConvexPair& pair, const Simplex& simplex, SupportHints& hi
   }
 }
 
-LeastOverlap of_curved(const ConvexPair& pair, double limit, SupportHints& hints) {
+LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
+                       SupportHints& hints) {
   const FaceDirection face = best_face(pair, hints);
-  if (-face.overlap > limit) return {};
+  if (-face.overlap > limit) return beyond(-face.overlap);
   if (is_best(pair, face)) {
     const bool of_A = face.face_of == FaceDirection::Of::A;
+    const bool leads = lead_wanted > 0 && is_best(pair, face, lead_wanted / 2);
     return {true, face.n, face.overlap,
-            of_A ? Vector(face.deepest + face.overlap * face.n) : face.deepest};
+            of_A ? Vector(face.deepest + face.overlap * face.n) : face.deepest,
+            leads ? lead_wanted : -1};
   }
   LeastOverlap best;
   Simplex corners;
@@ -229,11 +280,13 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, SupportHints& hints
     corners.count = 0;
     Simplex simplex;
     const Closest found = closest(pair, Vector::Zero(), face.n, limit, simplex, hints);
-    if (found.kind == Closest::Kind::beyond_limit) return {};
+    if (found.kind == Closest::Kind::beyond_limit) return beyond(found.distance);
     Direction from = face;
     if (found.kind == Closest::Kind::apart) {
       const Direction n{found.n, core_overlap(pair, found.n, hints)};
-      if (found.distance > pair.small_length()) return {true, n.n, n.overlap, found.p_A};
+      if (found.distance > pair.small_length()) {
+        return {true, n.n, n.overlap, found.p_A, lead_by_turn(found.distance)};
+      }
       if (n.overlap < from.overlap) from = n;  // else they kiss, and n is noise
     }
     best = descend(pair, from, hints);
@@ -241,14 +294,17 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, SupportHints& hints
   if (best.is_within_limit && best.overlap > 0 && !pair.has_flat())
     seek_lower(pair, corners, hints, best);
   if (-best.overlap > limit) best.is_within_limit = false;
+  // Of overlaps there may always be another that is hardly larger.
+  best.lead = best.overlap < -kKissing_m ? lead_by_turn(-best.overlap) : -1;
   return best;
 }
 
 }  // namespace
 
-LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints) {
-  return is_polytope(pair.A) && is_polytope(pair.B) ? of_polytopes(pair, limit, hints)
-                                                    : of_curved(pair, limit, hints);
+LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints,
+                           double lead_wanted) {
+  return is_polytope(pair.A) && is_polytope(pair.B) ? of_polytopes(pair, limit, lead_wanted, hints)
+                                                    : of_curved(pair, limit, lead_wanted, hints);
 }
 
 }  // namespace cradle

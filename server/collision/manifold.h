@@ -21,8 +21,9 @@ struct Manifold {
   std::uint64_t part = 0;  ///< which parts of two bodies meet: see manifolds.h; 0 of convex ones
   Vector normal_W = Vector::UnitZ();  ///< unit, from A to B
   int count = 0;                      ///< of points; zero: nothing within the margin
-  /// m. With points: how much the normal leads over the next best direction; below 0: too little
-  /// to rely on. Without: a separation that the shapes have at least. 0: not known.
+  /// m. With points: how much the normal leads over the next best direction, or what both bodies
+  /// may move together until it has turned, if that is less; 0 and below: not known, or too little
+  /// to rely on. Without: a separation that the shapes have at least; 0: not known.
   double lead = 0;
   std::array<ContactPoint, kManifoldPoints> points;
 };

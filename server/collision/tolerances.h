@@ -55,10 +55,8 @@ struct CollisionTolerances {
   /// Of the smaller body's reach, at most of 1 m. A manifold is made anew when its bodies have
   /// moved by more: by then its points have wandered by as much over the faces.
   double kept_motion = 1e-4;
-  /// Likewise where the lead of its normal is not known.
-  double blind_motion = 5e-5;
   /// m. A margin that has grown by less asks for no new manifold: the points that would come are
-  /// that far from touching. Test of these three: "kept manifolds are as good as fresh ones".
+  /// that far from touching. Test of these two: "kept manifolds are as good as fresh ones".
   double kept_margin_m = 1e-3;
 
   /// Sine of the angle between two triangles of a surface up to which their edge is flat (0.006

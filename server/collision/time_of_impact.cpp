@@ -225,6 +225,7 @@ Pose moved(const Path& path, const Pose& X_WP, double time) {
     X.R = R * X_WP.R;
     X.x = path.x + R * (X_WP.x - path.x);
   }
+  if (path.spin != 0) X.R = X.R * Eigen::AngleAxisd(t * path.spin, Vector::UnitZ());
   X.x += t * path.travel;
   return X;
 }
@@ -373,6 +374,7 @@ TimeOfImpact earliest_of_surface(const MovingPart& whole, const MovingPart& conv
                                  F&& of_triangle) {
   TimeOfImpact first;
   const SurfaceView surface(whole.start);
+  first.began_touching = is_half_space(convex);
   if (!surface.is_there() || !is_convex(convex.start)) return first;
   const BallBeside ball(whole, convex);
   const Aabb box = ball.box();

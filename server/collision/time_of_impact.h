@@ -15,7 +15,10 @@ struct Path {
   Vector x = Vector::Zero();       ///< the centre at time 0, m, in W
   Vector travel = Vector::Zero();  ///< of the centre until time 1, m, in W
   Vector turn = Vector::Zero();    ///< likewise: rotation vector, rad, in W
-  double until = 1;                ///< from then on it rests
+  /// rad, before that, about z of its own frame: of a shape that is round about z, where it moves
+  /// nothing. Such a body's axis goes round its angular momentum, not round its angular velocity.
+  double spin = 0;
+  double until = 1;  ///< from then on it rests
 };
 
 /// Where what begins at X_WP is at `time`.
@@ -67,9 +70,9 @@ enum class ImpactGoal {
   contact  ///< `deeper` than touching, or than at the start: for parts that contacts keep apart
 };
 
-/// Two half-spaces never meet, nor do two surfaces, or a surface and a half-space. Of a surface
-/// those triangles count that the other begins in front of. In planar worlds shapes are those of
-/// planar_pairs.h.
+/// Two half-spaces never meet, nor do two surfaces. A surface and a half-space count as touching
+/// from the start: nothing gets past a half-space. Of a surface those triangles count that the
+/// other begins in front of. In planar worlds shapes are those of planar_pairs.h.
 TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B,
                             ImpactGoal goal = ImpactGoal::gap, bool is_planar = false);
 

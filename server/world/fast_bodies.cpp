@@ -13,13 +13,27 @@ namespace {
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
+/// The angular velocity of the body's shape. A body that is round in shape and inertia spins about
+/// its axis unseen, and its axis goes round the angular momentum, at a constant rate while nothing
+/// twists it: w_shape = L / J_across = w - (1 - share) w_along. Returns w_along's part that is
+/// unseen, rad/s.
+double take_unseen_spin(const World::State& s, std::size_t i, const Vector& axis, Vector& w) {
+  const double share = s.axial_shares[i];
+  if (share == 0) return 0;
+  const double unseen = (1 - share) * axis.dot(w);
+  w -= unseen * axis;
+  return unseen;
+}
+
 /// Where its body's way of this tick is expected to lead, with the loads it has.
 Path expected(const World::State& s, std::size_t i) {
   const BodyTable& bodies = s.bodies;
   Path path;
   path.x = bodies.x[i];
   path.travel = s.dt * bodies.v[i];
-  path.turn = s.dt * bodies.w[i];
+  Vector w = bodies.w[i];
+  path.spin = s.dt * take_unseen_spin(s, i, s.poses[i].R.col(2), w);
+  path.turn = s.dt * w;
   const Course course = s.loads.course[i];
   if (course == Course::falls) path.travel += 0.5 * s.dt * s.dt * s.gravity_W;
   if (course == Course::pushed) path.travel += 0.5 * s.dt * s.dt * s.loads.acceleration[i];
@@ -94,7 +108,17 @@ Path travelled(const World::State& s, std::size_t i, const Vector& w_start) {
   path.x = X.x + X.R * bodies.p_BoBcm[i];
   path.travel = bodies.x[i] - path.x;
   if (bodies.kind[i] == BodyKind::fixed) return path;
-  path.turn = turn_between(X.R, bodies.frame(i).q_WB, s.dt * Vector(0.5 * (w_start + bodies.w[i])));
+  Rotation q = bodies.frame(i).q_WB;
+  Vector before = w_start, after = bodies.w[i];
+  take_unseen_spin(s, i, X.R.col(2), before);
+  take_unseen_spin(s, i, q * Vector::UnitZ(), after);
+  const Vector about = s.dt * Vector(0.5 * (before + after));
+  if (s.axial_shares[i] != 0) {  // the spin that leaves nothing else but `about`, nearly
+    const Rotation rest = q.conjugate() * rotation_exp(about) * Rotation(X.R);
+    path.spin = -2 * std::atan2(rest.z(), rest.w());
+    q = q * Rotation(Eigen::AngleAxisd(-path.spin, Vector::UnitZ()));
+  }
+  path.turn = turn_between(X.R, q, about);
   return path;
 }
 
@@ -135,8 +159,25 @@ void count(FastBodies& fast, const TimeOfImpact& found) {
   fast.unresolved += found.kind == TimeOfImpact::Kind::capped ? 1 : 0;
 }
 
+namespace {
+
+/// See BodyArrays; of a body whose shape is round about z.
+double axial_share(const BodyTable& bodies, std::size_t i) {
+  const Vector& J = bodies.inertia[i];
+  const Vector axis =
+      bodies.q[i].conjugate() * Vector(bodies.frame(i).q_WB * Vector::UnitZ());  // in P
+  Eigen::Index along = 0;
+  if (!(axis.cwiseAbs().maxCoeff(&along) > 1 - 1e-12)) return 0;
+  const double one = J[(along + 1) % 3], other = J[(along + 2) % 3];
+  if (!(one > 0) || std::abs(one - other) > 1e-9 * one) return 0;
+  return J[along] / one;
+}
+
+}  // namespace
+
 void measure_fast_limits(World::State& s) {
   s.fast.limits.assign(s.bodies.size(), {});
+  s.axial_shares.assign(s.bodies.size(), 0);
   s.fast.is_fast.assign(s.bodies.size(), 0);
   for (const std::int32_t slot : s.colliders) {
     const std::size_t i = index(slot);
@@ -155,6 +196,7 @@ void measure_fast_limits(World::State& s) {
     const bool has_axis = shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::cylinder ||
                           shape.kind == ShapeKind::cone;
     limits.is_round = has_axis && !s.settings.is_planar;
+    if (limits.is_round) s.axial_shares[i] = axial_share(s.bodies, i);
   }
 }
 

@@ -83,6 +83,7 @@ struct World::State {
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
   std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
   FastBodies fast;
+  std::vector<double> axial_shares;  ///< by slot, see BodyArrays
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact

@@ -53,7 +53,8 @@ BodyArrays World::State::arrays() {
           bodies.inertia,
           bodies.inverse_inertia,
           loads.acceleration,
-          loads.torque_W};
+          loads.torque_W,
+          axial_shares};
 }
 
 FlightArrays World::State::flight_arrays() {

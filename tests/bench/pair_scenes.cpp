@@ -139,7 +139,7 @@ Pair at_rest(const Solid& A, const Solid& B, RandomPoses& random) {
   pair.X_WB.x = pair.X_WA.R * middle_of(A, side_A) - pair.X_WB.R * middle_of(B, side_B);
   // Round tops meet there, sides that lie along each other anywhere on them, faces about there.
   const bool is_round = pair.has(ShapeKind::sphere) || pair.has(ShapeKind::ellipsoid);
-  const Vector aside(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), 0);
+  const Vector aside{random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), 0.0};
   if (!is_round) pair.X_WB.x += both_lie ? Vector(0, 3 * aside.y(), 0) : aside;
   sink(pair, Vector::UnitZ(), random.uniform(0, 1e-3));
   const Pose all{random.vector(3), random.rotation()};

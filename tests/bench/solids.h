@@ -113,8 +113,11 @@ inline double outside(const Solid& solid, const Pose& X, const Vector& p_W) {
         const auto corner = [&](std::size_t k) {
           return hull.vertices[static_cast<std::size_t>(loop[k])];
         };
-        const Vector n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-        most = std::max(most, n.dot(p - corner(0)));
+        Vector area = Vector::Zero();  // the first three corners may lie on one line
+        for (std::size_t k = 2; k < loop.size(); ++k) {
+          area += (corner(k - 1) - corner(0)).cross(corner(k) - corner(0));
+        }
+        most = std::max(most, area.normalized().dot(p - corner(0)));
       }
       return most;
     }

@@ -322,9 +322,9 @@ TEST_CASE("principal axes reproduce the tensor, right-handed and next to the axe
   std::mt19937_64 random(11);
   const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
   for (int i = 0; i < 2000; ++i) {
-    const Rotation q = Rotation(uniform(), uniform(), uniform(), uniform()).normalized();
+    const Rotation q = Rotation{uniform(), uniform(), uniform(), uniform()}.normalized();
     // Squares of extents: always moments of a body; every third is symmetric, every ninth round.
-    Vector s(1 + uniform(), 1 + uniform(), 1 + uniform());
+    Vector s{1 + uniform(), 1 + uniform(), 1 + uniform()};
     if (i % 3 == 0) s.y() = s.x();
     if (i % 9 == 0) s.z() = s.x();
     const Vector moments(s.y() + s.z(), s.z() + s.x(), s.x() + s.y());

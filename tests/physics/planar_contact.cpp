@@ -197,7 +197,8 @@ TEST_CASE("contacts in the plane have two points at most, and none of them twice
       return Shape::box({uniform(random, 0.1, 1), uniform(random, 0.1, 1), 0.3});
     };
     const auto anywhere = [&] {
-      return pose(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -3, 3));
+      const double x = uniform(random, -1, 1), y = uniform(random, -1, 1);
+      return pose(x, y, uniform(random, -3, 3));
     };
     const Shape a = shape(), b = shape();
     const Pose X_a = anywhere(), X_b = anywhere();

@@ -167,6 +167,22 @@ TEST_CASE("nothing fast passes a mesh or a height field from the front") {
   CHECK(below == 0);
 }
 
+TEST_CASE("a mesh stays above a half-space, however fast it comes, also as a part") {
+  const GeometryPointer cube = mesh_of(box_surface({0.3, 0.2, 0.1})).geometry;
+  for (const double speed : {0.0, 4.0, 8.0, 30.0, 300.0}) {
+    World world(settings());
+    add(world, ground());
+    BodySpec falling = stored(world, cube, {0, 0, 1}), sliding = stored(world, cube, {5, 0, 0.1});
+    falling.v_WBcm = {0, 0, -speed};
+    sliding.v_WBcm = {speed, 0, 0};
+    const BodyId one = add(world, falling), other = add(world, sliding);
+    steps(world, 180);
+    CAPTURE(speed);
+    CHECK(state(world, one).p_WBo.z > 0.09);
+    CHECK(state(world, other).p_WBo.z > 0.09);
+  }
+}
+
 TEST_CASE("two surfaces touch nothing, and are counted") {
   const GeometryPointer cube = mesh_of(box_surface({0.3, 0.2, 0.1})).geometry;
   World world(settings());

@@ -1,6 +1,7 @@
 // Fast bodies and surfaces: nothing passes from the front, and what slides is not stopped.
 #include <catch2/catch.hpp>
 #include <numbers>
+#include <random>
 
 #include "tests/physics/terrains.h"
 
@@ -170,6 +171,34 @@ TEST_CASE("a plate of triangles that is driven past a small ball strikes it") {
     steps(world, 6);
     CHECK(state(world, struck).v_WBcm.x < -45);
   }
+}
+
+TEST_CASE("round rods that spin about their axes do not pass flat ground") {
+  // The axis goes round the angular momentum, far from where the angular velocity would take it.
+  const bool is_field = GENERATE(false, true);
+  const GeometryPointer plain =
+      is_field ? make_height_field(3, 3, 40, 40, std::vector<double>(9, 0)).geometry
+               : mesh_of(terrain(2, 40, 0, flat)).geometry;
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int passed = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    World world(settings());
+    add_surface(world, plain);
+    BodySpec spec;
+    spec.shape = trial % 2 == 0 ? Shape::capsule(0.02, 0.7) : Shape::cylinder(0.02, 0.7);
+    spec.mass_kg = 1;
+    const double lean = 1.2 * uniform(random);
+    spec.q_WB = {std::cos(lean / 2), 0, std::sin(lean / 2), 0};
+    spec.p_WBo = {0.5 * uniform(random), 0.5 * uniform(random), 0.81};
+    const double across = 50 * uniform(random), spin = 120 * uniform(random);
+    spec.v_WBcm = {0, 0, -3};
+    spec.w_WB = {spin * std::sin(lean) + across, 10 * uniform(random), spin * std::cos(lean)};
+    const BodyId body = add(world, spec);
+    steps(world, 90);
+    passed += state(world, body).p_WBo.z < -0.05;
+  }
+  CHECK(passed == 0);
 }
 
 }  // namespace cradle

@@ -188,10 +188,10 @@ TEST_CASE("flat contacts are corners of the two faces' intersection and span mos
   Random random;
   for (int trial = 0; trial < 2000; ++trial) {
     CAPTURE(trial);
-    const Vector a = Vector(random.uniform(0.2, 2), random.uniform(0.2, 2), 0.5);
-    const Vector b = Vector(random.uniform(0.2, 2), random.uniform(0.2, 2), 0.5);
-    const Pose X_WB = at(random.uniform(-1, 1), random.uniform(-1, 1), 0.999,
-                         turn(random.uniform(0, 360) * kDegree, Vector::UnitZ()));
+    const Vector a = Vector{random.uniform(0.2, 2), random.uniform(0.2, 2), 0.5};
+    const Vector b = Vector{random.uniform(0.2, 2), random.uniform(0.2, 2), 0.5};
+    const Pose X_WB{Vector{random.uniform(-1, 1), random.uniform(-1, 1), 0.999},
+                    turn(random.uniform(0, 360) * kDegree, Vector::UnitZ())};
     const Polygon expected = clipped(lower_face(b, X_WB), a.x(), a.y());
     const Manifold manifold =
         collide(Shape::box(to_plain(a)), {}, Shape::box(to_plain(b)), X_WB, 0);
@@ -228,7 +228,8 @@ TEST_CASE("a flush stack keeps its features while it sways") {
     const Manifold still = collide(kCube, {}, upper, at(0, 0, 1), 0.02);
     REQUIRE(still.count == 4);
     for (int trial = 0; trial < 1000; ++trial) {
-      const Matrix R = turn(random.uniform(-sway, sway), random.vector(1));
+      const double angle = random.uniform(-sway, sway);
+      const Matrix R = turn(angle, random.vector(1));
       const Vector x = Vector(0, 0, 1) + random.vector(sway);
       REQUIRE(features(collide(kCube, {}, upper, {x, R}, 0.02)) == features(still));
     }
@@ -306,7 +307,8 @@ TEST_CASE("nearly parallel edges give no axis") {
   Random random;
   int contacts = 0;
   for (int trial = 0; trial < 20000; ++trial) {
-    const Matrix R = turn(random.uniform(0, 0.5) * kDegree, random.vector(1));
+    const double angle = random.uniform(0, 0.5) * kDegree;
+    const Matrix R = turn(angle, random.vector(1));
     const Vector x = random.vector(1.1);
     const Manifold manifold = collide(kCube, {}, kCube, {x, R}, 0);
     contacts += manifold.count > 0;
@@ -341,7 +343,7 @@ TEST_CASE("a matchbox behaves like a crate") {
 TEST_CASE("rounding does not choose among eight points") {
   Random random;
   const auto manifold_at = [&](double noise) {
-    const Matrix R = turn(noise * random.uniform(-1, 1), random.vector(1)) *  //
+    const Matrix R = turn(noise, random.vector(1)) *  //
                      turn(45 * kDegree, Vector::UnitZ());
     return collide(kCube, {}, kCube, {Vector(0, 0, 0.999) + random.vector(noise), R}, 0.02);
   };
@@ -356,10 +358,10 @@ TEST_CASE("the deepest point is kept when there are more than four") {
   Random random;
   int reduced = 0;
   for (int trial = 0; trial < 5000; ++trial) {
-    const Matrix lean = turn(0.002, Vector(random.uniform(-1, 1), random.uniform(-1, 1), 0));
+    const Matrix lean = turn(0.002, Vector{random.uniform(-1, 1), random.uniform(-1, 1), 0.0});
     const Pose X_WB{{random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0.995},
                     lean * turn(random.uniform(0, 360) * kDegree, Vector::UnitZ())};
-    const Vector half(random.uniform(0.3, 0.8), random.uniform(0.3, 0.8), 0.5);
+    const Vector half{random.uniform(0.3, 0.8), random.uniform(0.3, 0.8), 0.5};
     const Manifold manifold = collide(kCube, {}, Shape::box(to_plain(half)), X_WB, 0.02);
     const Polygon overlap = clipped(lower_face(half, X_WB), 0.5, 0.5);
     if (manifold.normal_W != Vector::UnitZ() || overlap.size() <= 4) continue;

@@ -150,7 +150,7 @@ TEST_CASE("FCL turned the normal of a cylinder that leans by 1e-4 by 7 degrees")
     for (int trial = 0; trial < 300; ++trial) {
       CAPTURE(trial, word_of(upper.shape.kind));
       Pair pair = standing(kBox, upper, 0.5, 1e-3, random);
-      const Vector axis = pair.X_WA.R * Vector(random.uniform(-1, 1), random.uniform(-1, 1), 0);
+      const Vector axis = pair.X_WA.R * Vector{random.uniform(-1, 1), random.uniform(-1, 1), 0.0};
       pair.X_WB.R = Eigen::AngleAxisd(1e-4, axis.normalized()) * pair.X_WB.R;
       const Manifold manifold = pair.collide(0.02);
       REQUIRE(manifold.count == 4);

@@ -3,13 +3,14 @@
 #include "server/collision/tolerances.h"
 #include "tests/bench/parting.h"
 #include "tests/unit/collision_pairs.h"
+#include "tests/unit/trials.h"
 
 using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;  // m
-constexpr int kContacts = 2000;  // of each pair of kinds
+constexpr double kExact = 1e-9;          // m
+constexpr int kContacts = trials(2000);  // of each pair of kinds
 
 /// m and rad. Directions of curved shapes are found step by step, and so are the places; depths are
 /// exact all the same, because they are least there.
@@ -135,7 +136,7 @@ TEST_CASE("the overlap of two boxes exceeds the least of all by the leads alone"
 TEST_CASE("boxes that overlap or are apart within the margin have a contact, others have none") {
   Random random;
   int apart = 0;
-  for (int trial = 0; trial < 50000; ++trial) {
+  for (int trial = 0; trial < trials(50000); ++trial) {
     CAPTURE(trial);
     Pair pair = random.pair(ShapeKind::box, ShapeKind::box);
     pair.X_WB.x += random.vector(0.05);
@@ -148,7 +149,7 @@ TEST_CASE("boxes that overlap or are apart within the margin have a contact, oth
     REQUIRE((manifold.normal_W - best.n).norm() < kNear);
     REQUIRE(std::abs(deepest(manifold) - best.overlap) < kExact);
   }
-  CHECK(apart > 500);
+  CHECK(apart > trials(500));
 }
 
 TEST_CASE("exchanging the bodies turns the normal and changes nothing else") {
@@ -185,7 +186,8 @@ TEST_CASE("moving both bodies together moves the manifold with them") {
     Manifold expected = manifold;
     expected.normal_W = move.R * manifold.normal_W;
     for (ContactPoint& point : expected.points) point.p_W = move.x + move.R * point.p_W;
-    if (is_elementary(pair)) {
+    const bool is_searched = pair.is_boxes() && deepest(manifold) < 0;  // for the closest points
+    if (is_elementary(pair) && !is_searched) {
       REQUIRE(is_same(expected, other, kExact, true));
     } else {
       ++others;

@@ -331,7 +331,7 @@ TEST_CASE(
     for (int trial = 0; trial < 50; ++trial) {
       CAPTURE(word_of(kind), trial);
       const Solid body = random.solid(kind);
-      const Vector at(random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), 0);
+      const Vector at{random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), 0.0};
       Pose X{at, random.rotation()};
       const ConvexShape shape(Collider{body.shape, X, body.geometry.get()});
       X.x -= X.R * shape.centre;

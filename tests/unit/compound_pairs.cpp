@@ -1,6 +1,7 @@
 // The contacts of compounds are those of their parts, found without looking at all of them.
 #include "server/collision/manifolds.h"
 #include "tests/unit/collision_pairs.h"
+#include "tests/unit/trials.h"
 
 using namespace cradle;
 
@@ -68,7 +69,7 @@ TEST_CASE("a compound of one part touches every kind as its part does") {
     if (kind_A == ShapeKind::half_space) continue;
     CAPTURE(word_of(kind_A), word_of(kind_B));
     int contacts = 0;
-    for (int trial = 0; trial < 20'000 && contacts < 300; ++trial) {
+    for (int trial = 0; trial < 20'000 && contacts < trials(300); ++trial) {
       CAPTURE(trial);
       const Pair pair = random.pair(kind_A, kind_B);
       const Wrapped wrapped(pair.A, pair.X_WA, random);
@@ -88,14 +89,14 @@ TEST_CASE("a compound of one part touches every kind as its part does") {
       REQUIRE(is_same(found_B[0], alone_B, 1e-12));
       REQUIRE(found[0].part == 0);
     }
-    CHECK(contacts == 300);
+    CHECK(contacts == trials(300));
   }
 }
 
 TEST_CASE("a compound's contacts are those of all its parts, in their order") {
   Random random;
   int contacts = 0;
-  for (int trial = 0; trial < 400; ++trial) {
+  for (int trial = 0; trial < trials(400); ++trial) {
     CAPTURE(trial);
     // Up to 60 random parts each, somewhere in a cube of 2 m.
     GeometryPointer geometries[2];
@@ -106,7 +107,8 @@ TEST_CASE("a compound's contacts are those of all its parts, in their order") {
         constexpr ShapeKind kinds[] = {ShapeKind::sphere, ShapeKind::box, ShapeKind::capsule,
                                        ShapeKind::cylinder, ShapeKind::hull};
         const Solid solid = random.solid(kinds[i % 5]);
-        parts.push_back(part_of(solid, random.vector(2), Rotation(random.rotation())));
+        const Vector at = random.vector(2);
+        parts.push_back(part_of(solid, at, Rotation(random.rotation())));
       }
       geometry = make_compound(std::move(parts)).geometry;
       REQUIRE(geometry);

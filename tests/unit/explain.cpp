@@ -55,7 +55,7 @@ BodySpec random_body(std::mt19937_64& random, int number) {
   }
   body.p_WBo = {40.0 * number, uniform(random, -5, 5), 0};
   body.q_WB =
-      to_plain(normalised(Rotation(1, uniform(random, -1, 1), uniform(random, -1, 1), 0.3)));
+      to_plain(normalised(Rotation{1.0, uniform(random, -1, 1), uniform(random, -1, 1), 0.3}));
   body.v_WBcm = vec(random, 5);
   if (random() % 5 != 0) body.w_WB = to_plain(log_uniform(random, 0.01, 60) * random_axis(random));
   if (body.shape.kind == ShapeKind::box && random() % 4 == 0) {  // about its middle axis

@@ -12,6 +12,7 @@
 #include <span>
 
 #include "server/collision/tolerances.h"
+#include "tests/unit/trials.h"
 
 using namespace cradle;
 
@@ -19,7 +20,7 @@ namespace {
 
 constexpr double kExact = 1e-9;  // m
 constexpr double kMargin = 0.02;
-constexpr int kContacts = 3000;  // of each pair of kinds
+constexpr int kContacts = trials(3000);  // of each pair of kinds
 
 enum class Kind { disc, rectangle, capsule, triangle, quadrangle, many, half_plane };
 constexpr Kind kKinds[] = {Kind::disc,       Kind::rectangle, Kind::capsule,   Kind::triangle,

@@ -95,10 +95,10 @@ TEST_CASE("before it meets a mesh or a height field, a body is in front of all t
         CAPTURE(word_of(ground->kind()), word_of(kind), k);
         const Solid body = random.solid(kind);
         const Pose X_WS{random.vector(2), random.rotation()};
-        const Vector over(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(1.5, 4));
+        const Vector over{random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(1.5, 4)};
         const Pose X_WC{X_WS.x + X_WS.R * over, random.rotation()};
         Encounter both({shape, X_WS, ground.get()}, {body.shape, X_WC, body.geometry.get()});
-        both.path_C.travel = X_WS.R * Vector(random.uniform(-2, 2), random.uniform(-2, 2), -4);
+        both.path_C.travel = X_WS.R * Vector{random.uniform(-2, 2), random.uniform(-2, 2), -4.0};
         if (k % 5 != 0) both.path_C.turn = random.uniform(0, 9) * random.direction();
         if (k % 3 == 0) {  // the ground moves, too
           both.path_S.travel = random.vector(1);

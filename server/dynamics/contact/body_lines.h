@@ -5,6 +5,11 @@
 /// changes the body's energy as it would have at the tick's start. Otherwise a rod would be spun
 /// about its axis, where it has next to no inertia, by an impulse with an arm that it no longer
 /// has.
+///
+/// A body that is round about an axis, in shape and inertia, touches with points that do not turn
+/// with its spin. Its line goes along with the axis alone: with L / J_across, round the angular
+/// momentum, which is constant there until something pushes. So w is, too, and nothing is to be
+/// integrated.
 #pragma once
 
 #include <span>
@@ -75,6 +80,10 @@ class BodyLines {
     std::size_t slot;
     bool turns;             // has an inertia at all
     bool tumbles;           // with unequal moments
+    double axial_share;     // of round bodies, else 0: as in BodyArrays
+    Vector axis;            // of round bodies, at the tick's start, in W
+    double spin;            // rad, about it, that its line has not gone along with
+    Rotation frame;         // of its line since the tick's start
     bool is_twisted;        // by a torque
     Vector v_begin;         // before loads
     Vector v_free, w_free;  // after loads, before contacts
@@ -83,6 +92,7 @@ class BodyLines {
   };
 
   Vector free_turn(const State& state, const Vector& w, double h) const;
+  void turn(State& state, const Vector& w, double h);
 
   BodyArrays bodies_;
   bool has_begun_ = false;  // there was a sub-step before

@@ -25,6 +25,9 @@ struct BodyArrays {
   std::span<const Vector> acceleration;     ///< m/s^2, in W: gravity and forces of this tick
   std::span<const Vector> torque;           ///< N m, in W, of this tick
                                             ///< both of bodies in contact only
+  /// Of bodies that are round in shape and inertia, about an axis: the moment about it by that
+  /// across it; else 0. Empty: all 0.
+  std::span<const double> axial_share = {};
 };
 
 struct ConstraintPoint {

@@ -64,12 +64,32 @@ class ObjReader {
     if (words_.size() < 4) refuse("a face has three corners or more");
     std::vector<std::int32_t> corners;
     for (std::size_t k = 1; k < words_.size(); ++k) corners.push_back(corner(words_[k]));
+    if (corners.size() > 3 && !is_convex(corners)) {
+      refuse("a face of more than three corners must be convex; cut it into triangles");
+    }
     for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
       if (file_.triangles.size() >= static_cast<std::size_t>(limits::kTriangles)) {
         refuse("too many triangles");
       }
       file_.triangles.push_back({corners[0], corners[k], corners[k + 1]});
     }
+  }
+
+  /// Whether the corners turn one way only: then a fan of triangles covers the face, and no more.
+  bool is_convex(const std::vector<std::int32_t>& corners) const {
+    const std::size_t n = corners.size();
+    const auto at = [&](std::size_t k) -> const Vector& {
+      return file_.vertices[static_cast<std::size_t>(corners[k % n])];
+    };
+    Vector area = Vector::Zero();
+    for (std::size_t k = 1; k + 1 < n; ++k) area += (at(k) - at(0)).cross(at(k + 1) - at(0));
+    const double least = -1e-9 * area.squaredNorm();
+    for (std::size_t k = 0; k < n; ++k) {
+      const Vector corner = (at(k + 1) - at(k)).cross(at(k + 2) - at(k + 1));
+      const Vector fan = k == 0 || k + 1 >= n ? area : (at(k) - at(0)).cross(at(k + 1) - at(0));
+      if (corner.dot(area) < least || fan.dot(area) < least) return false;
+    }
+    return true;
   }
 
   /// The index of the vertex that a corner names.

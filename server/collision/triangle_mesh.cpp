@@ -83,14 +83,37 @@ std::string surface_fault(const TriangleMesh& mesh, const std::vector<Edge>& edg
     if (i + 2 < edges.size() && edges[i].is_same_place(edges[i + 2])) {
       return "has more than two triangles at " + text_of(edges[i], mesh);
     }
+    const std::string one = std::to_string(edges[i].triangle);
+    const std::string other = std::to_string(edges[i + 1].triangle);
     if (edges[i].is_upward == edges[i + 1].is_upward) {
-      return "has triangles " + std::to_string(edges[i].triangle) + " and " +
-             std::to_string(edges[i + 1].triangle) +
+      const auto corners = [&](const Edge& edge) {
+        Triangle sorted = mesh.triangles[index(edge.triangle)];
+        std::sort(sorted.begin(), sorted.end());
+        return sorted;
+      };
+      if (corners(edges[i]) == corners(edges[i + 1])) {
+        return "has triangles " + one + " and " + other + " in one place; leave one out";
+      }
+      return "has triangles " + one + " and " + other +
              ", which disagree about which side is outside; turn one round: swap two of its "
              "corners";
     }
   }
   return {};
+}
+
+/// What is nothing but lines and points would let everything pass. m: the largest height of a
+/// triangle.
+double largest_height(const TriangleMesh& mesh) {
+  double most = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const auto side = [&](std::size_t k) {
+      return Vector(mesh.vertices[index(t[(k + 1) % 3])] - mesh.vertices[index(t[k])]);
+    };
+    const double longest = std::max({side(0).norm(), side(1).norm(), side(2).norm()});
+    most = std::max(most, side(0).cross(side(1)).norm() / longest);
+  }
+  return most;
 }
 
 /// Fills `mesh`: places once each, and no others than triangles have. Returns the fault, if any.
@@ -250,6 +273,9 @@ MadeGeometry make_mesh(std::span<const Vector> vertices, std::span<const Triangl
   std::string fault = point_fault(vertices);
   if (fault.empty()) fault = weld(vertices, triangles, mesh);
   if (!fault.empty()) return {nullptr, fault};
+  if (largest_height(mesh) < limits::kSizeMin_m) {
+    return {nullptr, "has no triangle that is wider than 1e-4 m"};
+  }
   const std::vector<Edge> edges = edges_of(mesh);
   fault = surface_fault(mesh, edges);
   mesh.is_closed = find_open(edges) == nullptr;

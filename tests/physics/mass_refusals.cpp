@@ -54,6 +54,20 @@ TEST_CASE("a surface that is inside out is refused, and the fix told") {
   }
 }
 
+TEST_CASE("surfaces without width, and triangles twice, are refused") {
+  Surface line;
+  line.vertices = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
+  line.triangles = {{0, 1, 2}};
+  CHECK_THAT(fault(line), Contains("no triangle that is wider"));
+  Surface speck = line;
+  speck.vertices = {{0, 0, 0}, {1e-7, 0, 0}, {0, 1e-7, 0}};
+  CHECK_THAT(fault(speck), Contains("no triangle that is wider"));
+  Surface twice;
+  twice.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  twice.triangles = {{0, 1, 2}, {1, 2, 0}};
+  CHECK_THAT(fault(twice), Contains("0 and 1 in one place"));
+}
+
 TEST_CASE("triangles that disagree about the outside are refused") {
   Surface s = box_surface({1, 1, 1});
   std::swap(s.triangles[5][0], s.triangles[5][1]);

@@ -144,6 +144,8 @@ TEST_CASE("an OBJ file is taken as it is meant, or refused with its line") {
       {two + "f 1 2 0", "m.obj:3: '0' is no corner"},
       {two + "f 1 2 1.5", "m.obj:3: '1.5' is no corner"},
       {two + "f 1 2 /1", "m.obj:3: '/1' is no corner"},
+      {"v -2 -2 0\nv 2 -2 0\nv 2 2 0\nv 0 -1 0\nv -2 2 0\nf 1 2 3 4 5",
+       "m.obj:6: a face of more than three corners must be convex"},
       {"curv 0 1", "m.obj:1: 'curv' is not understood"},
       {"solid stl", "m.obj:1: 'solid' is not understood"},
   };

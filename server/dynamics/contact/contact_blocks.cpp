@@ -120,26 +120,27 @@ void ContactBlocks::count_groups(std::span<ContactConstraint* const> constraints
 
 /// Room for all; from here on `counts_` holds where a group's next one goes.
 void ContactBlocks::make_runs(std::int32_t nobody, std::int32_t waste) {
-  runs_.clear();
+  const auto is_serial = [](std::size_t group) { return group >= kGroupsAColour * kColours; };
+  const auto blocks_of = [&](std::size_t group) {
+    const std::int32_t lanes = is_serial(group) ? 1 : kBlockLanes;
+    return (counts_[group] + lanes - 1) / lanes;
+  };
   used_ = 0;
-  for (const bool only_counts : {true, false}) {
-    std::int32_t next = 0;
-    for (std::size_t group = 0; group < counts_.size(); ++group) {
-      if (counts_[group] == 0) continue;
-      const bool is_serial = group >= kGroupsAColour * kColours;
-      const std::int32_t lanes = is_serial ? 1 : kBlockLanes;
-      const std::int32_t count = (counts_[group] + lanes - 1) / lanes;
-      if (!only_counts) {
-        const std::span blocks(blocks_.data() + next, index(count));
-        for (ContactBlock& block : is_serial ? blocks : blocks.last(1)) clear(block, nobody, waste);
-        const Kind kind = kKinds[group % kGroupsAColour];
-        runs_.push_back({blocks.data(), count, kind.points, kind.joint});
-        counts_[group] = next * kBlockLanes;
-      }
-      next += count;
-    }
-    used_ = index(next);
-    if (blocks_.size() < used_) blocks_.resize(used_ + used_ / 4);
+  for (std::size_t group = 0; group < counts_.size(); ++group) used_ += index(blocks_of(group));
+  if (blocks_.size() < used_) blocks_.resize(used_ + used_ / 4);
+
+  runs_.clear();
+  std::int32_t next = 0;
+  for (std::size_t group = 0; group < counts_.size(); ++group) {
+    if (counts_[group] == 0) continue;
+    const std::span blocks(blocks_.data() + next, index(blocks_of(group)));
+    const bool all = is_serial(group);  // else the last one alone has lanes without a manifold
+    for (ContactBlock& block : all ? blocks : blocks.last(1)) clear(block, nobody, waste);
+    const Kind kind = kKinds[group % kGroupsAColour];
+    const auto count = static_cast<std::int32_t>(blocks.size());
+    runs_.push_back({blocks.data(), count, kind.points, kind.joint});
+    counts_[group] = next * kBlockLanes;
+    next += count;
   }
 }
 

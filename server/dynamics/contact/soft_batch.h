@@ -11,9 +11,10 @@
 namespace cradle {
 
 /// 2 pi times the contact frequency, times the sub-step: a contact under a load that gives its
-/// effective mass the acceleration a sinks in by a (h / kContactAngle)^2.
+/// effective mass the acceleration a sinks in by a (h / contact_angle())^2.
 double contact_angle();
 
+/// Owns no bodies; keeps its memory from batch to batch.
 class SoftBatch {
  public:
   /// As ContactSolver::advance; `tick.sub_steps` holds.

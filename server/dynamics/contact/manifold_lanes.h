@@ -1,0 +1,175 @@
+// Bodies and manifolds of a block in lanes, for the kernels' files alone (see lanes.h).
+#pragma once
+
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
+#include "server/dynamics/contact/contact_block.h"
+#include "server/dynamics/lanes.h"
+
+namespace cradle {
+namespace {
+
+// Lines of bodies to lanes, and back.
+
+/// In groups of n rows, element l of row k becomes element k of row l.
+template <class V, int distance, std::size_t... l>
+CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
+  constexpr int n = kLanes<V>;
+  for (int k = 0; k < n; ++k) {
+    if ((k & distance) != 0) continue;
+    const V a = rows[k], b = rows[k + distance];
+    rows[k] =
+        __builtin_shufflevector(a, b, ((int(l) & distance) ? n + (int(l) ^ distance) : int(l))...);
+    rows[k + distance] =
+        __builtin_shufflevector(a, b, ((int(l) & distance) ? n + int(l) : (int(l) ^ distance))...);
+  }
+  if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
+}
+
+template <class V>
+struct Twist {
+  Triple<V> linear, angular;
+};
+
+constexpr int kLineDoubles = sizeof(BodyLine) / sizeof(double);
+
+template <class V>
+CRADLE_LANES void load_rows(V* rows, const BodyLine* lines, const std::int32_t* at) {
+  constexpr int n = kLanes<V>;
+  for (int part = 0; part < kLineDoubles / n; ++part) {
+    for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(lines[at[l]].linear + part * n);
+    if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
+  }
+}
+template <class V>
+CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) {
+  V r[kLineDoubles];
+  load_rows(r, lines, at);
+  return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}};
+}
+template <class V>
+CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<V>& twist) {
+  constexpr int n = kLanes<V>;
+  V r[kLineDoubles] = {twist.linear.x,
+                       twist.linear.y,
+                       twist.linear.z,
+                       twist.angular.x,
+                       twist.angular.y,
+                       twist.angular.z,
+                       V{},
+                       V{}};
+  for (int part = 0; part < kLineDoubles / n; ++part) {
+    if constexpr (n > 1) transpose<V, n / 2>(r + part * n, std::make_index_sequence<n>{});
+    for (int l = 0; l < n; ++l) store(lines[at[l]].linear + part * n, r[part * n + l]);
+  }
+}
+
+// A manifold in a lane.
+
+using BlockRow = ContactBlock::Row;
+
+template <class V>
+CRADLE_LANES V at(const BlockRow& row, int lane) {
+  return load<V>(row + lane);
+}
+template <class V>
+CRADLE_LANES Triple<V> at3(const BlockRow* rows, int lane) {
+  return {load<V>(rows[0] + lane), load<V>(rows[1] + lane), load<V>(rows[2] + lane)};
+}
+
+template <class V>
+CRADLE_LANES V larger(const V& a, const V& b) {
+  return a > b ? a : b;
+}
+
+template <class V>
+CRADLE_LANES V root(const V& x) {
+  if constexpr (kLanes<V> == 1) {
+    return __builtin_sqrt(x);
+#ifdef __SSE2__
+  } else if constexpr (kLanes<V> == 2) {
+    return V(_mm_sqrt_pd(__m128d(x)));
+#endif
+#ifdef __AVX2__
+  } else if constexpr (kLanes<V> == 4) {
+    return V(_mm256_sqrt_pd(__m256d(x)));
+#endif
+#ifdef __AVX512F__
+  } else if constexpr (kLanes<V> == 8) {
+    return V(_mm512_maskz_sqrt_pd(0xff, __m512d(x)));
+#endif
+  } else {
+    V r;
+    for (int l = 0; l < kLanes<V>; ++l) r[l] = __builtin_sqrt(x[l]);
+    return r;
+  }
+}
+
+template <class V>
+struct Symmetric {
+  V xx, xy, xz, yy, yz, zz;
+};
+template <class V>
+CRADLE_LANES Symmetric<V> symmetric_at(const BlockRow* rows, int lane) {
+  return {at<V>(rows[0], lane), at<V>(rows[1], lane), at<V>(rows[2], lane),
+          at<V>(rows[3], lane), at<V>(rows[4], lane), at<V>(rows[5], lane)};
+}
+template <class V>
+CRADLE_LANES Triple<V> operator*(const Symmetric<V>& m, const Triple<V>& a) {
+  return {m.xx * a.x + m.xy * a.y + m.xz * a.z, m.xy * a.x + m.yy * a.y + m.yz * a.z,
+          m.xz * a.x + m.yz * a.y + m.zz * a.z};
+}
+
+template <class V>
+struct Frame {
+  Triple<V> n, t1, t2;
+};
+template <class V>
+CRADLE_LANES Frame<V> frame_at(const ContactBlock& c, int lane) {
+  const Triple<V> n = at3<V>(c.n, lane), t1 = at3<V>(c.t1, lane);
+  return {n, t1, cross(n, t1)};
+}
+
+/// Two bodies, and how they yield.
+template <class V>
+struct Bodies {
+  Twist<V> A, B;
+  V inverse_mass_A, inverse_mass_B;
+  Symmetric<V> inverse_inertia_A, inverse_inertia_B;
+  Triple<V> arm_A, arm_B;
+
+  CRADLE_LANES Triple<V> V_at_centre() const {
+    return B.linear + cross(B.angular, arm_B) - A.linear - cross(A.angular, arm_A);
+  }
+  CRADLE_LANES void push(const Triple<V>& P, const Triple<V>& T) {
+    A.linear = A.linear - inverse_mass_A * P;
+    A.angular = A.angular - inverse_inertia_A * (cross(arm_A, P) + T);
+    B.linear = B.linear + inverse_mass_B * P;
+    B.angular = B.angular + inverse_inertia_B * (cross(arm_B, P) + T);
+  }
+};
+template <class V>
+CRADLE_LANES Bodies<V> bodies_at(const ContactBlock& c, int lane, const BodyLine* velocities) {
+  return {load_lines<V>(velocities, c.a + lane),
+          load_lines<V>(velocities, c.b + lane),
+          at<V>(c.inverse_mass_A, lane),
+          at<V>(c.inverse_mass_B, lane),
+          symmetric_at<V>(c.inverse_inertia_A, lane),
+          symmetric_at<V>(c.inverse_inertia_B, lane),
+          at3<V>(c.arm_A, lane),
+          at3<V>(c.arm_B, lane)};
+}
+template <class V>
+CRADLE_LANES void store_bodies(const ContactBlock& c, int lane, const Bodies<V>& bodies,
+                               BodyLine* velocities) {
+  store_lines(velocities, c.a_out + lane, bodies.A);
+  store_lines(velocities, c.b_out + lane, bodies.B);
+}
+
+/// Which element of `coupling` joins points i < j.
+constexpr int coupled(int i, int j) { return i == 0 ? j - 1 : i + j; }
+
+}  // namespace
+}  // namespace cradle

@@ -50,7 +50,8 @@ class Ground {
   }
   std::size_t cell(double at, int axis) const {
     const double share = (at - lower_[axis]) / (upper_[axis] - lower_[axis]);
-    return static_cast<std::size_t>(std::clamp(share * kCells, 0.0, kCells - 1.0));
+    if (!(share > 0)) return 0;  // also what is not a number
+    return static_cast<std::size_t>(std::min(share * kCells, kCells - 1.0));
   }
 
   const TriangleMesh& mesh_;

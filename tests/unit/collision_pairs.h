@@ -90,14 +90,16 @@ class Random : public RandomPoses {
     if (hulls_.empty()) {
       for (int k = 0; k < 40; ++k) {
         const Vector half(size(), size(), size());
-        std::vector<Vector> spanned;
         const int count = 4 + k % 10 * k % 39;
-        for (int i = 0; i < count; ++i) {
-          const Vector p = k % 2 == 0 ? direction() : vector(1);
-          spanned.push_back(half.cwiseProduct(p));
-        }
-        hulls_.push_back(make_hull(spanned).geometry);
-        REQUIRE(hulls_.back());
+        do {  // four points may be nearly in a plane
+          std::vector<Vector> spanned;
+          for (int i = 0; i < count; ++i) {
+            const Vector p = k % 2 == 0 ? direction() : vector(1);
+            spanned.push_back(half.cwiseProduct(p));
+          }
+          hulls_.resize(static_cast<std::size_t>(k));
+          hulls_.push_back(make_hull(spanned).geometry);
+        } while (!hulls_.back());
       }
     }
     return hulls_[static_cast<std::size_t>(uniform(0, 39.999))];

@@ -5,6 +5,8 @@
 #include <immintrin.h>
 #endif
 
+#include <type_traits>
+
 #include "server/dynamics/contact/contact_block.h"
 #include "server/dynamics/lanes.h"
 
@@ -35,11 +37,19 @@ struct Twist {
 
 constexpr int kLineDoubles = sizeof(BodyLine) / sizeof(double);
 
+template <class Line>
+CRADLE_LANES auto numbers_of(Line* line) {
+  if constexpr (std::is_const_v<Line>) {
+    return reinterpret_cast<const double*>(line);
+  } else {
+    return reinterpret_cast<double*>(line);
+  }
+}
 template <class V>
 CRADLE_LANES void load_rows(V* rows, const BodyLine* lines, const std::int32_t* at) {
   constexpr int n = kLanes<V>;
   for (int part = 0; part < kLineDoubles / n; ++part) {
-    for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(lines[at[l]].linear + part * n);
+    for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(numbers_of(lines + at[l]) + part * n);
     if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
   }
 }
@@ -62,7 +72,7 @@ CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twi
                        V{}};
   for (int part = 0; part < kLineDoubles / n; ++part) {
     if constexpr (n > 1) transpose<V, n / 2>(r + part * n, std::make_index_sequence<n>{});
-    for (int l = 0; l < n; ++l) store(lines[at[l]].linear + part * n, r[part * n + l]);
+    for (int l = 0; l < n; ++l) store(numbers_of(lines + at[l]) + part * n, r[part * n + l]);
   }
 }
 

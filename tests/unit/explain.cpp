@@ -214,9 +214,8 @@ TEST_CASE("what a body does without keeps within its bound, over 1000 random sce
     CAPTURE(kind->what, 1e15 * kind->seen.angle_rad, 1e15 * kind->bound.angle_rad);
     CAPTURE(1e15 * kind->seen.distance_m, 1e15 * kind->bound.distance_m);
     CAPTURE(median(kind->ratios), median(kind->ratios_m));
-    constexpr double kRounding = 1e-12;  // where both are that, their ratio says nothing
-    CHECK(kind->bound.angle_rad <= 100 * kind->seen.angle_rad + kRounding);
-    CHECK(kind->bound.distance_m <= 100 * kind->seen.distance_m + kRounding);
+    CHECK(kind->bound.angle_rad <= 100 * kind->seen.angle_rad);
+    CHECK(kind->bound.distance_m <= 100 * kind->seen.distance_m);
     CHECK(median(kind->ratios) <= 100);
     CHECK(median(kind->ratios_m) <= 100);
   }

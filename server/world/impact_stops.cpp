@@ -53,12 +53,18 @@ class Stops {
  private:
   bool is_lost(std::size_t i) const { return s_.lost[i] != 0 || s_.bodies.quarantined[i] != 0; }
 
+  bool passes_strangers(std::size_t i) const {
+    return std::ranges::any_of(s_.balls.passed_by, [i](const BodyPair& pair) {
+      return index(pair.a) == i || index(pair.b) == i;
+    });
+  }
+
   /// What was fast when it began, and what contacts have made so.
   void list_movers() {
     FastBodies& fast = s_.fast;
     for (std::size_t m = 0; m < fast.slots.size(); ++m) {
       const std::size_t i = index(fast.slots[m]);
-      if (is_lost(i)) continue;
+      if (is_lost(i) || (s_.balls.flies(i) && !passes_strangers(i))) continue;
       movers_.push_back({i, travelled(s_, i, fast.w_start[m]), s_.bodies.in_contact[i] == 0,
                          fast.v_start[m], fast.w_start[m]});
     }
@@ -99,6 +105,7 @@ class Stops {
       const bool touches = touch != s_.touching.cend() && touch->pair == pair;
       add_pair(pair, touches ? ImpactGoal::contact : ImpactGoal::gap);
     }
+    for (const BodyPair& pair : s_.balls.passed_by) add_pair(pair, ImpactGoal::gap);
     std::vector<BodyPair> more = pairs_of_leavers();
     std::sort(more.begin(), more.end());
     more.erase(std::unique(more.begin(), more.end()), more.end());
@@ -116,6 +123,7 @@ class Stops {
   std::vector<BodyPair> pairs_of_leavers() {
     std::vector<std::size_t> leavers;  // places among the colliders
     for (const Mover& one : movers_) {
+      if (s_.balls.flies(one.slot)) continue;
       const auto at = std::lower_bound(s_.colliders.begin(), s_.colliders.end(),
                                        static_cast<std::int32_t>(one.slot));
       const auto k = static_cast<std::size_t>(at - s_.colliders.begin());

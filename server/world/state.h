@@ -14,6 +14,7 @@
 #include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/schemes/scheme.h"
 #include "server/dynamics/spring_step.h"
+#include "server/world/ballistic.h"
 #include "server/world/body_table.h"
 #include "server/world/contact_cache.h"
 #include "server/world/fast_bodies.h"
@@ -83,6 +84,7 @@ struct World::State {
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
   std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
   FastBodies fast;
+  Ballistic balls;
   std::vector<double> axial_shares;  ///< by slot, see BodyArrays
   std::vector<ContactConstraint> constraints;
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact

@@ -1,5 +1,5 @@
-// One tick: find pairs, collide, fly what is free, sub-step what is in contact, remember the
-// impulses, check that every number is one.
+// One tick: find pairs, let balls bounce, collide, fly what is free, sub-step what is in contact,
+// remember the impulses, check that every number is one.
 #include "server/world/world.h"
 
 #include <algorithm>
@@ -43,6 +43,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
   Steps::find_pairs(s);
+  bounce_balls(s);
   Steps::collide(s, executor);
   foresee_impacts(s, executor);
 
@@ -98,6 +99,7 @@ void World::Steps::find_pairs(State& s) {
     measure_fast_limits(s);
   }
   begin_fast_bodies(s);
+  begin_balls(s);
   s.planes.clear();
   for (std::size_t k = 0; k < s.colliders.size(); ++k) {
     const std::size_t i = index(s.colliders[k]);
@@ -113,7 +115,9 @@ void World::Steps::find_pairs(State& s) {
       s.planes.push_back({static_cast<std::int32_t>(k), normal, normal.dot(s.poses[i].x)});
       continue;
     }
-    s.boxes[k] = swept(box_over_tick(s, i), Vector::Zero(), kSpeculativeMargin_m);
+    Aabb box = box_over_tick(s, i);
+    if (s.balls.could_fly(i)) box = box_of_ball(s, i);
+    s.boxes[k] = swept(box, Vector::Zero(), kSpeculativeMargin_m);
   }
   s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
                                         s.pairs);

@@ -18,6 +18,17 @@ BodySpec wall(const Vec3& half_extents_m, BodyKind kind = BodyKind::fixed) {
   return spec;
 }
 
+BodySpec cube(double half_m, const Vec3& p_WBo, const Vec3& v_WBcm = {}) {
+  return brick({half_m, half_m, half_m}, p_WBo, v_WBcm);
+}
+
+/// Nearly a ball: these bounce at the exact time, and need no stop.
+BodySpec pill(double radius_m, const Vec3& p_WBo, const Vec3& v_WBcm = {}) {
+  BodySpec spec = ball(radius_m, p_WBo, v_WBcm);
+  spec.shape = Shape::capsule(radius_m, 0.001);
+  return spec;
+}
+
 /// 2 m long, of 5 mm radius, along x for an angle of 0; turning about z.
 BodySpec rod(bool is_capsule, double angle, double w) {
   BodySpec spec;
@@ -243,7 +254,7 @@ TEST_CASE("a fast body slides and lies on the floor as a slow one does") {
 }
 
 TEST_CASE("what a bullet strikes does not pass the wall behind it in the same tick") {
-  // Nothing foresees this: the small ball rests when the tick begins, and its box ends 2 cm from
+  // Nothing foresees this: the small cube rests when the tick begins, and its box ends 2 cm from
   // it.
   int stopped = 0;
   for (const double distance : {0.1, 0.5, 5.0}) {
@@ -252,8 +263,8 @@ TEST_CASE("what a bullet strikes does not pass the wall behind it in the same ti
       BodySpec thin = wall({0.001, 4, 4});
       thin.p_WBo = {distance, 0, 0};
       add(world, thin);
-      const BodyId struck = add(world, ball(0.02, {0, 0, 0}));
-      BodySpec heavy = ball(0.05, {-3.0 - k, 0.005, 0}, {600, 0, 0});
+      const BodyId struck = add(world, cube(0.02, {0, 0, 0}));
+      BodySpec heavy = cube(0.05, {-3.0 - k, 0.005, 0}, {600, 0, 0});
       heavy.mass_kg = 100;
       const BodyId bullet = add(world, heavy);
       Watch watch(world);
@@ -271,16 +282,16 @@ TEST_CASE("what a bullet strikes does not pass the wall behind it in the same ti
 }
 
 TEST_CASE("a flying body that stops has the velocity of that time") {
-  // A bullet drives a ball, at rest when the tick begins, into the way of another that falls past.
+  // A bullet drives a pill, at rest when the tick begins, into the way of another that falls past.
   int stopped = 0;
   for (int k = 0; k < 120; ++k) {
     World world(settings(20));
     const double dt = 1.0 / 20, fall = 40;
-    BodySpec heavy = ball(0.2, {-2, 0, 0}, {200, 0, 0});
+    BodySpec heavy = pill(0.2, {-2, 0, 0}, {200, 0, 0});
     heavy.mass_kg = 1000;
     add(world, heavy);
-    add(world, ball(0.2, {0, 0, 0}));
-    const BodyId falling = add(world, ball(0.2, {4 + 0.05 * k, 0, 1.5}, {0, 0, -fall}));
+    add(world, pill(0.2, {0, 0, 0}));
+    const BodyId falling = add(world, pill(0.2, {4 + 0.05 * k, 0, 1.5}, {0, 0, -fall}));
     const double z = state(world, falling).p_WBo.z;
     world.step();
     const BodyState s = state(world, falling);

@@ -1,0 +1,56 @@
+/// Balls that only fall, and what stands in their way.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "server/collision/collider.h"
+
+namespace cradle {
+
+/// Its centre of mass is its middle, its moments are equal. Between impacts it is at
+/// x + v t + g t^2 / 2, with t counted from the tick's beginning: an impact changes x, too, so that
+/// two balls are always on straight lines seen from each other.
+struct Ball {
+  Vector x, v;                           ///< m, m/s
+  Vector w;                              ///< rad/s
+  Rotation turn = Rotation::Identity();  ///< likewise: where it is, as if it had turned by w always
+  Vector rests_on =
+      Vector::Zero();          ///< normal of the obstacle that holds it until the tick ends, or 0
+  double radius = 0;           ///< m
+  double inverse_mass = 0;     ///< 1/kg
+  double inverse_inertia = 0;  ///< 1/(kg m^2)
+  int impacts = 0;             ///< in this tick
+};
+
+/// A static convex body: half-space, box, sphere or capsule.
+struct Obstacle {
+  Shape shape;
+  Pose X;
+};
+
+/// Whether balls know the way to it.
+bool is_obstacle(ShapeKind kind);
+
+/// Where an obstacle is nearest to a point: the plane through it that separates them.
+struct NearestPlane {
+  Vector n = Vector::UnitZ();  ///< towards the point
+  double distance = 0;         ///< m; 0 inside
+};
+NearestPlane nearest_plane(const Obstacle& obstacle, const Vector& point);
+
+/// Of two balls, or a ball and an obstacle: `a` and `b` are numbers of balls, b < 0: obstacle ~b.
+struct BallPair {
+  std::int32_t a = 0, b = 0;
+  double restitution = 0, friction = 0;
+  double time = std::numeric_limits<double>::infinity();  ///< s, of the impact that is expected
+};
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// s from the tick's beginning, not before `now`; kNever if it is later than `dt`.
+double impact_time(const Ball& a, const Ball& b, double now, double dt);
+double impact_time(const Ball& ball, const Obstacle& obstacle, const Vector& gravity, double now,
+                   double dt);
+
+}  // namespace cradle

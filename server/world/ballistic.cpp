@@ -1,0 +1,288 @@
+#include "server/world/ballistic.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/bounds.h"
+#include "server/collision/pair_rules.h"
+#include "server/dynamics/rotation.h"
+#include "server/dynamics/schemes/scheme.h"
+#include "server/world/plane.h"
+#include "server/world/state.h"
+
+namespace cradle {
+namespace {
+
+/// Balls overlap or lie on something if they are deeper or nearer, m; slower, by the fall over as
+/// much, is at rest. Above it events are exact; below, it is what soft contacts leave to rounding.
+constexpr double kAtRest_m = 1e-6;
+/// A ball is expected to have no more than this times the spread of velocities after impacts:
+/// whoever has, looks for what else it may meet.
+constexpr double kSpreads = 2;
+
+std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
+
+bool could_take_part(const World::State& s, std::size_t i) {
+  const BodyTable& bodies = s.bodies;
+  if (bodies.shape[i].kind != ShapeKind::sphere || !bodies.is_moving(i)) return false;
+  if (s.loads.course[i] != Course::falls) return false;
+  if (bodies.in_contact[i] != 0) return false;
+  if (bodies.is_offset[i] != 0 || bodies.drag[i].any()) return false;
+  const Vector& J = bodies.inertia[i];
+  return s.settings.is_planar || (J.x() == J.y() && J.y() == J.z());
+}
+
+void leave_out_sprung(World::State& s) {
+  for (const Spring& spring : s.springs) {
+    for (const BodyId end : {spring.a, spring.b}) {
+      if (const auto slot = s.bodies.slot(end)) s.balls.number[*slot] = -1;
+    }
+  }
+}
+
+Ball ball_of(const World::State& s, std::size_t i) {
+  const BodyTable& bodies = s.bodies;
+  Ball ball;
+  ball.x = bodies.x[i];
+  ball.v = bodies.v[i];
+  ball.w = bodies.w[i];
+  ball.radius = bodies.shape[i].radius_m();
+  ball.inverse_mass = bodies.inverse_mass[i];
+  ball.inverse_inertia = bodies.inverse_inertia[i].z();
+  return ball;
+}
+
+/// One tick's balls, from the pairs of boxes to where they are at its end.
+class Bounces final : public BallSurroundings {
+ public:
+  explicit Bounces(World::State& s) : s_(s), balls_(s.balls), events_(s.balls.events) {}
+
+  void find_and_apply() {
+    for (const BodyPair& pair : s_.pairs) add(pair);
+    leave_out();
+    balls_.report = events_.run(balls_.is_out, *this);
+    apply();
+    std::erase_if(s_.pairs, [this](const BodyPair& pair) {
+      return balls_.flies(index(pair.a)) || balls_.flies(index(pair.b));
+    });
+  }
+
+  /// Only if the ball leaves the box that its pairs were sought with.
+  void look_around(std::int32_t number, double now) override {
+    const std::int32_t slot = balls_.slots[index(number)];
+    const Aabb way = way_of(number, now);
+    Aabb& known = box(slot);
+    if (known.holds(way)) return;
+    known.lower = known.lower.cwiseMin(way.lower);
+    known.upper = known.upper.cwiseMax(way.upper);
+    partners_.clear();
+    events_.for_each_pair_of(number, [&](std::int32_t k) {
+      const BallPair& pair = events_.pairs[index(k)];
+      const std::int32_t other = pair.a == number ? pair.b : pair.a;
+      partners_.push_back(other < 0 ? obstacle_slots_[index(~other)] : balls_.slots[index(other)]);
+    });
+    const auto meet = [&](std::int32_t other) {
+      if (other == slot || std::ranges::find(partners_, other) != partners_.end()) return;
+      add({std::min(other, slot), std::max(other, slot)});
+    };
+    for (std::size_t k = 0; k < s_.boxes.size(); ++k) {
+      if (way.overlaps(s_.boxes[k])) meet(s_.colliders[k]);
+    }
+    for (const Plane& plane : s_.planes) {
+      if (overlap(way, plane)) meet(s_.colliders[index(plane.slot)]);
+    }
+  }
+
+ private:
+  /// A pair of a ball with what is no business of balls.
+  struct Stranger {
+    std::int32_t ball, slot;
+  };
+
+  std::int32_t number(std::int32_t slot) const { return balls_.number[index(slot)]; }
+  bool is_out(std::int32_t number) const { return balls_.is_out[index(number)] != 0; }
+
+  Aabb& box(std::int32_t slot) {
+    const auto at = std::ranges::lower_bound(s_.colliders, slot);
+    return s_.boxes[static_cast<std::size_t>(at - s_.colliders.begin())];
+  }
+
+  Aabb way_of(std::int32_t number, double from) const {
+    const Ball& ball = events_.balls[index(number)];
+    const Vector x = events_.position(ball, from), end = events_.position(ball, s_.dt);
+    const Vector r = Vector::Constant(ball.radius);
+    return {x.cwiseMin(end) - r, x.cwiseMax(end) + r};
+  }
+
+  void add(const BodyPair& pair) {
+    const auto [a, b] = pair;
+    if (number(a) >= 0 && number(b) >= 0) {
+      add_pair(pair, number(a), number(b));
+    } else if (number(a) >= 0) {
+      add_other(pair, number(a), b);
+    } else if (number(b) >= 0) {
+      add_other(pair, number(b), a);
+    }
+  }
+
+  void add_pair(const BodyPair& pair, std::int32_t a, std::int32_t b) {
+    const Material& A = s_.bodies.material[index(pair.a)];
+    const Material& B = s_.bodies.material[index(pair.b)];
+    events_.pairs.push_back(
+        {a, b, std::max(A.restitution, B.restitution), std::sqrt(A.friction * B.friction)});
+  }
+
+  void add_other(const BodyPair& pair, std::int32_t ball, std::int32_t other) {
+    const bool stands = s_.bodies.kind[index(other)] == BodyKind::fixed;
+    if (stands && is_obstacle(s_.bodies.shape[index(other)].kind)) {
+      add_pair(pair, ball, ~obstacle_of(other));
+    } else {
+      strangers_.push_back({ball, other});
+    }
+  }
+
+  std::int32_t obstacle_of(std::int32_t slot) {
+    std::int32_t& number = balls_.obstacle[index(slot)];
+    if (number >= 0) return number;
+    number = static_cast<std::int32_t>(obstacle_slots_.size());
+    obstacle_slots_.push_back(slot);
+    Obstacle obstacle{s_.bodies.shape[index(slot)], s_.poses[index(slot)]};
+    if (s_.settings.is_planar && obstacle.shape.kind == ShapeKind::capsule) {
+      const Matrix R = obstacle.X.R;  // along x there
+      obstacle.X.R << R.col(1), R.col(2), R.col(0);
+    }
+    events_.obstacles.push_back(obstacle);
+    return number;
+  }
+
+  void leave_out() {
+    for (BallPair& pair : events_.pairs) {
+      pair.time = events_.first_time(pair);
+      if (!is_bound(pair)) continue;
+      put_out(pair.a);
+      if (pair.b >= 0) put_out(pair.b);
+    }
+    for (const Stranger& one : strangers_) {
+      if (is_out(one.ball)) continue;
+      if (comes_near(one)) put_out(one.ball);
+    }
+    while (any_is_out_ && leave_out_partners()) {
+    }
+  }
+
+  void put_out(std::int32_t number) {
+    balls_.is_out[index(number)] = 1;
+    any_is_out_ = true;
+  }
+
+  /// Overlapping, or at rest on an obstacle.
+  bool is_bound(const BallPair& pair) const {
+    const Ball& a = events_.balls[index(pair.a)];
+    if (pair.b >= 0) {
+      const Ball& b = events_.balls[index(pair.b)];
+      const double R = a.radius + b.radius - kAtRest_m;
+      return (b.x - a.x).squaredNorm() < R * R;
+    }
+    const NearestPlane plane = nearest_plane(events_.obstacles[index(~pair.b)], a.x);
+    const double s = plane.distance - a.radius, pull = -plane.n.dot(s_.gravity_W);
+    const double v = plane.n.dot(a.v);
+    return s < -kAtRest_m || (s <= kAtRest_m && pull > 0 && v * v <= 2 * pull * kAtRest_m);
+  }
+
+  bool comes_near(const Stranger& one) {
+    const Aabb way = way_of(one.ball, 0);
+    if (s_.bodies.shape[index(one.slot)].kind != ShapeKind::half_space) {
+      return way.overlaps(box(one.slot));
+    }
+    return std::ranges::any_of(s_.planes, [&](const Plane& plane) {
+      return s_.colliders[index(plane.slot)] == one.slot && overlap(way, plane);
+    });
+  }
+
+  bool leave_out_partners() {
+    bool found = false;
+    for (const BallPair& pair : events_.pairs) {
+      if (pair.time == kNever || pair.b < 0 || is_out(pair.a) == is_out(pair.b)) continue;
+      put_out(is_out(pair.a) ? pair.b : pair.a);
+      found = true;
+    }
+    return found;
+  }
+
+  void apply() {
+    BodyTable& bodies = s_.bodies;
+    for (std::size_t k = 0; k < events_.balls.size(); ++k) {
+      const Ball& ball = events_.balls[k];
+      if (ball.impacts == 0) continue;
+      const std::size_t i = index(balls_.slots[k]);
+      bodies.x[i] = ball.x;
+      bodies.v[i] = ball.v;
+      if (ball.w != bodies.w[i]) {
+        bodies.w[i] = ball.w;
+        bodies.q[i] = normalised(ball.turn * bodies.q[i]);
+      }
+      if (s_.settings.is_planar) keep_in_plane(bodies, i);
+    }
+    for (const Stranger& one : strangers_) {
+      const std::int32_t slot = balls_.slots[index(one.ball)];
+      const bool has_deviated = events_.balls[index(one.ball)].impacts > 0;
+      if (!has_deviated || s_.fast.is_fast[index(slot)] == 0) continue;
+      balls_.passed_by.push_back({std::min(slot, one.slot), std::max(slot, one.slot)});
+    }
+  }
+
+  World::State& s_;
+  Ballistic& balls_;
+  BallEvents& events_;
+  std::vector<Stranger> strangers_;
+  std::vector<std::int32_t> obstacle_slots_, partners_;
+  bool any_is_out_ = false;
+};
+
+}  // namespace
+
+void begin_balls(World::State& s) {
+  Ballistic& balls = s.balls;
+  balls.slots.clear();
+  balls.passed_by.clear();
+  balls.report = {};
+  if (s.scheme->advance != exact) return;
+  balls.number.assign(s.bodies.size(), -1);
+  for (const std::int32_t slot : s.colliders) {
+    if (could_take_part(s, index(slot))) balls.number[index(slot)] = 0;
+  }
+  leave_out_sprung(s);
+  balls.events.begin(s.dt, s.gravity_W);
+  Vector sum = Vector::Zero();
+  for (const std::int32_t slot : s.colliders) {
+    std::int32_t& number = balls.number[index(slot)];
+    if (number < 0) continue;
+    number = static_cast<std::int32_t>(balls.slots.size());
+    balls.slots.push_back(slot);
+    balls.events.balls.push_back(ball_of(s, index(slot)));
+    sum += s.bodies.v[index(slot)];
+  }
+  if (balls.slots.empty()) return;
+  const auto count = static_cast<double>(balls.slots.size());
+  balls.v_mean = sum / count;
+  double squares = 0;
+  for (const Ball& ball : balls.events.balls) squares += (ball.v - balls.v_mean).squaredNorm();
+  balls.spread = std::sqrt(squares / count);
+  balls.is_out.assign(balls.slots.size(), 0);
+  balls.obstacle.assign(s.bodies.size(), -1);
+}
+
+Aabb box_of_ball(const World::State& s, std::size_t slot) {
+  const Ballistic& balls = s.balls;
+  const Ball& ball = balls.events.balls[index(balls.number[slot])];
+  const double deviation = std::max((ball.v - balls.v_mean).norm(), kSpreads * balls.spread);
+  const Vector r = Vector::Constant(ball.radius + s.dt * deviation);
+  const Vector way = s.dt * balls.v_mean + 0.5 * s.dt * s.dt * s.gravity_W;
+  return swept({ball.x - r, ball.x + r}, way, 0);
+}
+
+void bounce_balls(World::State& s) {
+  if (!s.balls.slots.empty()) Bounces(s).find_and_apply();
+}
+
+}  // namespace cradle

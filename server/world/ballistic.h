@@ -1,0 +1,45 @@
+/// Balls that only fall: they meet each other and what stands still at the exact times, without
+/// contacts (dynamics/impact/ball_events.h).
+///
+/// A dynamic sphere takes part in a tick if gravity alone acts on it, it had no contact in the last
+/// one, overlaps nothing and rests on nothing, and no other body than such balls and static
+/// half-spaces, boxes, spheres and capsules is in its way. Whoever would meet one that takes no
+/// part takes none, either. What balls meet by deviating from their ways, and do not know, touches
+/// them in the next tick.
+#pragma once
+
+#include <vector>
+
+#include "server/collision/broad_phase.h"
+#include "server/dynamics/impact/ball_events.h"
+#include "server/world/world.h"
+
+namespace cradle {
+
+/// Made anew in each tick.
+struct Ballistic {
+  std::vector<std::int32_t> number;  ///< by slot, of what could take part: place in `slots`; or -1
+  std::vector<std::int32_t> slots;   ///< ascending
+  std::vector<std::uint8_t> is_out;  ///< by number: takes no part
+  std::vector<std::int32_t> obstacle;  ///< by slot: number of the obstacle; or -1
+  Vector v_mean = Vector::Zero();      ///< m/s, of those in `slots`
+  double spread = 0;                   ///< m/s, of their velocities about it, mean square
+  std::vector<BodyPair> passed_by;     ///< pairs of fast deviated balls with what they do not know
+  BallEvents events;
+  BallReport report;
+
+  bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
+  bool flies(std::size_t slot) const {
+    return could_fly(slot) && is_out[static_cast<std::size_t>(number[slot])] == 0;
+  }
+};
+
+/// Who could take part.
+void begin_balls(World::State& s);
+/// Where it may get in this tick, without margin, struck or not; of one that could take part.
+Aabb box_of_ball(const World::State& s, std::size_t slot);
+/// Puts balls at the tick's start so that free flight leads them to where they are at its end, and
+/// takes their pairs out of `s.pairs`.
+void bounce_balls(World::State& s);
+
+}  // namespace cradle

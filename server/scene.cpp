@@ -106,14 +106,17 @@ WorldSettings read_settings(const TomlTable& table) {
   if (!(settings.rate_hz >= limits::kRateMin_hz && settings.rate_hz <= limits::kRateMax_hz)) {
     require(table, "rate_hz", Result::out_of_range);
   }
-  table.read("sub_steps", settings.sub_steps);
-  if (settings.sub_steps < 1 || settings.sub_steps > limits::kSubStepsMax) {
+  const bool has_sub_steps = table.read("sub_steps", settings.sub_steps);
+  if (has_sub_steps && (settings.sub_steps < 1 || settings.sub_steps > limits::kSubStepsMax)) {
     require(table, "sub_steps", Result::out_of_range);
   }
-  if (table.read("contact_tolerance_m", settings.contact_tolerance_m) &&
-      !(settings.contact_tolerance_m >= limits::kContactToleranceMin_m &&
+  const bool has_tolerance = table.read("contact_tolerance_m", settings.contact_tolerance_m);
+  if (!(settings.contact_tolerance_m >= limits::kContactToleranceMin_m &&
         settings.contact_tolerance_m <= limits::kContactToleranceMax_m)) {
     require(table, "contact_tolerance_m", Result::out_of_range);
+  }
+  if (has_sub_steps && has_tolerance) {
+    table.refuse("contact_tolerance_m", "sub_steps are given, too");
   }
   table.read("planar", settings.is_planar);
   if (settings.is_planar) settings.gravity_W = {0, -9.81, 0};

@@ -10,10 +10,11 @@ namespace cradle {
 
 struct WorldSettings {
   double rate_hz = 60;  ///< ticks a second; dt = 1 / rate
-  int sub_steps = 4;    ///< of a tick, for bodies in contact; 1 .. limits::kSubStepsMax
-  /// m, if not 0: what a contact may sink in under its load. Each island of touching bodies takes
-  /// as many sub-steps as that asks for, instead of `sub_steps`.
-  double contact_tolerance_m = 0;
+  /// m, what a contact may sink in under a load that lasts, or in a tick in which the bodies of its
+  /// island move farther: each island of touching bodies takes as many sub-steps as that asks for.
+  double contact_tolerance_m = 0.0005;
+  int sub_steps =
+      0;  ///< of a tick, for all bodies in contact, if not 0; up to limits::kSubStepsMax
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2; without z in a planar world
   bool is_planar = false;       ///< bodies stay in z = 0 and turn about z: see plane.h
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most

@@ -37,7 +37,7 @@ World::State::State(const WorldSettings& s)
       broad_phase(make_broad_phase(s.broad_phase)),
       solver(make_contact_solver(s.solver)),
       scheme(find_scheme(s.scheme)) {
-  assert(s.rate_hz > 0 && s.sub_steps >= 1 && s.contact_tolerance_m >= 0);
+  assert(s.rate_hz > 0 && s.sub_steps >= 0 && (s.sub_steps > 0 || s.contact_tolerance_m > 0));
   assert((!s.is_planar || s.gravity_W.z == 0) && "gravity of a planar world lies in it");
   assert(solver != nullptr && "settings name a solver of solver_names()");
   assert(scheme != nullptr && "settings name a scheme of scheme_names()");

@@ -16,6 +16,7 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   velocities_.assign(static_cast<std::size_t>(still) + 2, BodyLine{});
   motions_.assign(velocities_.size(), BodyLine{});
   states_.resize(moving());
+  turnings_.resize(moving());
   const auto enter = [&](std::int32_t line, std::int32_t slot) {
     const auto i = static_cast<std::size_t>(slot);
     line_of_slot_[i] = line;
@@ -25,47 +26,54 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   for (std::int32_t line = 0; line < moving_; ++line) {
     const std::int32_t slot = tick.moving[static_cast<std::size_t>(line)];
     enter(line, slot);
-    const auto i = static_cast<std::size_t>(slot);
-    State& state = at(states_, line);
-    state.slot = i;
-    state.turns = !bodies.inverse_inertia[i].isZero(0);
-    state.tumbles = state.turns && !has_equal_moments(bodies.inertia[i]);
-    state.is_twisted = state.turns && !bodies.torque[i].isZero(0);
-    if (state.tumbles) state.R_start = bodies.q[i].toRotationMatrix();
-    state.axial_share = state.tumbles && !bodies.axial_share.empty() ? bodies.axial_share[i] : 0;
-    if (state.axial_share != 0) {
-      Eigen::Index along = 0;
-      const Vector& J = bodies.inertia[i];
-      const Vector others(J.y() - J.z(), J.z() - J.x(), J.x() - J.y());
-      others.cwiseAbs().minCoeff(&along);
-      state.axis = state.R_start.col(along);
-      state.spin = 0;
-      state.frame = Rotation::Identity();
-    }
-    if (state.is_twisted) state.turn_by_torque = inverse_inertia_W[i] * bodies.torque[i];
+    at(states_, line).slot = static_cast<std::size_t>(slot);
+    begin(line, inverse_inertia_W[static_cast<std::size_t>(slot)]);
   }
   for (std::int32_t k = 0; k < driven_; ++k) {
     enter(moving_ + k, tick.driven[static_cast<std::size_t>(k)]);
   }
 }
 
-/// w after `h` without contacts.
-Vector BodyLines::free_turn(const State& state, const Vector& w, double h) const {
-  if (!state.tumbles) return state.is_twisted ? Vector(w + h * state.turn_by_torque) : w;
-  if (state.axial_share != 0) {
+void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
+  State& state = at(states_, line);
+  const std::size_t i = state.slot;
+  state.turns = !bodies_.inverse_inertia[i].isZero(0);
+  state.tumbles = state.turns && !has_equal_moments(bodies_.inertia[i]);
+  state.is_twisted = state.turns && !bodies_.torque[i].isZero(0);
+  state.acceleration = bodies_.acceleration[i];
+  state.pull = state.acceleration.norm();
+  Turning& turning = at(turnings_, line);
+  if (state.is_twisted) turning.turn_by_torque = inverse_inertia_W * bodies_.torque[i];
+  if (!state.tumbles) return;
+  turning.R_start = bodies_.q[i].toRotationMatrix();
+  turning.axial_share = bodies_.axial_share.empty() ? 0 : bodies_.axial_share[i];
+  if (turning.axial_share == 0) return;
+  Eigen::Index along = 0;
+  const Vector& J = bodies_.inertia[i];
+  const Vector others(J.y() - J.z(), J.z() - J.x(), J.x() - J.y());
+  others.cwiseAbs().minCoeff(&along);
+  turning.axis = turning.R_start.col(along);
+  turning.spin = 0;
+  turning.frame = Rotation::Identity();
+}
+
+/// w after `h` without contacts, of a body that tumbles or is twisted.
+Vector BodyLines::free_turn(const State& state, const Turning& turning, const Vector& w,
+                            double h) const {
+  if (!state.tumbles) return w + h * turning.turn_by_torque;
+  const Matrix& R = turning.R_start;
+  const Vector& inverse_inertia = bodies_.inverse_inertia[state.slot];
+  if (turning.axial_share != 0) {
     if (!state.is_twisted) return w;
-    const Vector torque = state.frame.conjugate() * bodies_.torque[state.slot];
-    const Vector torque_P = state.R_start.transpose() * torque;
-    return w +
-           h * state.R_start * Vector(bodies_.inverse_inertia[state.slot].cwiseProduct(torque_P));
+    const Vector torque = turning.frame.conjugate() * bodies_.torque[state.slot];
+    return w + h * R * Vector(inverse_inertia.cwiseProduct(Vector(R.transpose() * torque)));
   }
-  const Vector& J = bodies_.inertia[state.slot];
-  Vector w_B = gyroscopic_step(state.R_start.transpose() * w, J, h);
+  Vector w_B = gyroscopic_step(R.transpose() * w, bodies_.inertia[state.slot], h);
   if (state.is_twisted) {
     const Vector torque_B = bodies_.q[state.slot].conjugate() * bodies_.torque[state.slot];
-    w_B += h * bodies_.inverse_inertia[state.slot].cwiseProduct(torque_B);
+    w_B += h * inverse_inertia.cwiseProduct(torque_B);
   }
-  return state.R_start * w_B;
+  return R * w_B;
 }
 
 void BodyLines::integrate_velocities(double h) {
@@ -74,26 +82,37 @@ void BodyLines::integrate_velocities(double h) {
     auto v = this->v(line), w = this->w(line);
     const Vector by_contacts = has_begun_ ? Vector(v - state.v_free) : Vector::Zero();
     state.v_begin = v;
-    state.v_free = v + h * bodies_.acceleration[state.slot];
+    state.v_free = v + h * state.acceleration;
     v = state.v_free + by_contacts;
     if (!state.turns) continue;
     const Vector turn_by_contacts = has_begun_ ? Vector(w - state.w_free) : Vector::Zero();
-    state.w_free = free_turn(state, w, h);
+    const bool keeps_w = !state.tumbles && !state.is_twisted;
+    state.w_free = keeps_w ? Vector(w) : free_turn(state, at(turnings_, line), w, h);
     w = state.w_free + turn_by_contacts;
   }
   has_begun_ = true;
 }
 
+void BodyLines::strike(std::int32_t line, const Vector& dv, const Vector& dw, double t) {
+  State& state = at(states_, line);
+  state.v_free += dv;  // no contact that a sub-step would warm start
+  state.w_free += dw;
+  BodyLine& motion = at(motions_, line);
+  Eigen::Map<Vector>(motion.linear) -= t * dv;
+  Eigen::Map<Vector>(motion.angular) -= t * dw;
+  if (state.tumbles) turn(state, at(turnings_, line), dw, -t);
+}
+
 /// The attitude of a body with unequal moments.
-void BodyLines::turn(State& state, const Vector& w, double h) {
+void BodyLines::turn(const State& state, Turning& turning, const Vector& w, double h) {
   Rotation& q = bodies_.q[state.slot];
-  if (state.axial_share == 0) {
-    q = normalised(q * rotation_exp(h * (state.R_start.transpose() * w)));
+  if (turning.axial_share == 0) {
+    q = normalised(q * rotation_exp(h * (turning.R_start.transpose() * w)));
     return;
   }
-  const double unseen = (1 - state.axial_share) * state.axis.dot(w);
-  state.spin += h * unseen;
-  state.frame = normalised(state.frame * rotation_exp(h * (w - unseen * state.axis)));
+  const double unseen = (1 - turning.axial_share) * turning.axis.dot(w);
+  turning.spin += h * unseen;
+  turning.frame = normalised(turning.frame * rotation_exp(h * (w - unseen * turning.axis)));
 }
 
 void BodyLines::integrate_positions(double h, double smooth_factor) {
@@ -105,10 +124,10 @@ void BodyLines::integrate_positions(double h, double smooth_factor) {
   for (std::int32_t line = 0; line < moving_; ++line) {
     const State& state = at(states_, line);
     const Vector change = v(line) - state.v_begin;
-    const double smooth = smooth_factor * h * bodies_.acceleration[state.slot].norm();
+    const double smooth = smooth_factor * h * state.pull;
     const bool is_smooth = change.squaredNorm() <= smooth * smooth;
     move(line, h * (is_smooth ? Vector(state.v_begin + 0.5 * change) : Vector(v(line))));
-    if (state.tumbles) turn(at(states_, line), w(line), h);
+    if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
   }
   for (std::int32_t line = moving_; line < moving_ + driven_; ++line) move(line, h * v(line));
 }
@@ -116,18 +135,19 @@ void BodyLines::integrate_positions(double h, double smooth_factor) {
 void BodyLines::finish() {
   for (std::int32_t line = 0; line < moving_; ++line) {
     const State& state = at(states_, line);
+    const Turning& turning = at(turnings_, line);
     Rotation& q = bodies_.q[state.slot];
     bodies_.x[state.slot] += dp(line);
     bodies_.v[state.slot] = v(line);
     if (!state.turns) continue;
-    if (state.axial_share != 0) {
-      q = normalised(state.frame * rotation_exp(state.spin * state.axis) * q);
-      bodies_.w[state.slot] = state.frame * Vector(w(line));
+    if (state.tumbles && turning.axial_share != 0) {
+      q = normalised(turning.frame * rotation_exp(turning.spin * turning.axis) * q);
+      bodies_.w[state.slot] = turning.frame * Vector(w(line));
       continue;
     }
     if (!state.tumbles) q = normalised(rotation_exp(theta(line)) * q);
     bodies_.w[state.slot] =
-        state.tumbles ? Vector(q * (state.R_start.transpose() * w(line))) : Vector(w(line));
+        state.tumbles ? Vector(q * (turning.R_start.transpose() * w(line))) : Vector(w(line));
   }
 }
 

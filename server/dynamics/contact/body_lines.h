@@ -47,10 +47,19 @@ class BodyLines {
   std::int32_t nobody() const { return moving_ + driven_; }
   /// Where nothing is read: written for bodies that do not yield.
   std::int32_t waste() const { return moving_ + driven_ + 1; }
+  std::size_t lines() const { return velocities_.size(); }
   std::size_t moving() const { return static_cast<std::size_t>(moving_); }
   bool tumbles(std::int32_t line) const {
     return yields(line) && states_[static_cast<std::size_t>(line)].tumbles;
   }
+
+  /// By its loads, m/s^2.
+  Vector acceleration(std::int32_t line) const {
+    return yields(line) ? at(states_, line).acceleration : Vector(Vector::Zero());
+  }
+  /// Takes note that an impact, `t` after the start of the sub-step that comes, has changed the
+  /// velocities already. Its line begins where it will lead to the right place.
+  void strike(std::int32_t line, const Vector& dv, const Vector& dw, double t);
 
   Eigen::Map<Vector> v(std::int32_t line) {
     return Eigen::Map<Vector>(at(velocities_, line).linear);
@@ -75,30 +84,37 @@ class BodyLines {
   const BodyLine* motions() const { return motions_.data(); }
 
  private:
-  /// Of a body that moves by its contacts.
+  /// Of a body that moves by its contacts: what every sub-step looks at.
   struct State {
     std::size_t slot;
     bool turns;             // has an inertia at all
     bool tumbles;           // with unequal moments
+    bool is_twisted;        // by a torque
+    double pull;            // m/s^2, the size of its acceleration
+    Vector acceleration;    // by its loads
+    Vector v_begin;         // before loads
+    Vector v_free, w_free;  // after loads, before contacts
+  };
+  /// Of those that tumble or are twisted, by line, too.
+  struct Turning {
     double axial_share;     // of round bodies, else 0: as in BodyArrays
     Vector axis;            // of round bodies, at the tick's start, in W
     double spin;            // rad, about it, that its line has not gone along with
     Rotation frame;         // of its line since the tick's start
-    bool is_twisted;        // by a torque
-    Vector v_begin;         // before loads
-    Vector v_free, w_free;  // after loads, before contacts
     Vector turn_by_torque;  // I^-1 torque, rad/s^2; of bodies that do not tumble
     Matrix R_start;
   };
 
-  Vector free_turn(const State& state, const Vector& w, double h) const;
-  void turn(State& state, const Vector& w, double h);
+  void begin(std::int32_t line, const Matrix& inverse_inertia_W);
+  Vector free_turn(const State& state, const Turning& turning, const Vector& w, double h) const;
+  void turn(const State& state, Turning& turning, const Vector& w, double h);
 
   BodyArrays bodies_;
   bool has_begun_ = false;  // there was a sub-step before
   std::int32_t moving_ = 0, driven_ = 0;
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;
+  std::vector<Turning> turnings_;
   std::vector<BodyLine> velocities_, motions_;
 };
 

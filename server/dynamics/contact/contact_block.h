@@ -11,6 +11,8 @@ namespace cradle {
 
 inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
 inline constexpr int kBlockPoints = 4;
+/// Of contacts with restitution: they do not slow down what comes (impacts.h).
+inline constexpr double kImpactHaste = 1e6;
 
 /// Eight manifolds side by side, which share no body that yields. Of points that are missing,
 /// masses and impulses are 0; so is everything in lanes without a manifold.
@@ -24,16 +26,17 @@ struct ContactBlock {
   Row inverse_mass_A, inverse_mass_B;              ///< 1/kg
   Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz
   Row friction;
-  Row yields[kBlockPoints];                ///< 1/K along n; kg
-  Row coupling[6];                         ///< K between points 01 02 03 12 13 23; 1/kg
-  Row yields_t[kBlockPoints];              ///< 1 / the largest K in the tangent plane; kg
-  Row response_t[6];                       ///< of (V1, V2, Wn) to (P1, P2, Tn): 11 12 1n 22 2n nn
+  Row gap_haste;               ///< a gap may close in so much less than a sub-step: 1, or
+                               ///< kImpactHaste
+  Row yields[kBlockPoints];    ///< 1/K along n; kg
+  Row coupling[6];             ///< K between points 01 02 03 12 13 23; 1/kg
+  Row yields_t[kBlockPoints];  ///< 1 / the largest K in the tangent plane; kg
+  Row response_t[6];           ///< of (V1, V2, Wn) to (P1, P2, Tn): 11 12 1n 22 2n nn
   Row inverse_soft[10], inverse_hard[10];  ///< see contact_method.h; of runs that are `joint`
   Row inverse_t[6];                        ///< likewise, 1/response_t: 11 12 1n 22 2n nn
   Row share, lever_share;                  ///< likewise: 1 / points, 1 / sum of u^2 + v^2
   Row lambda[kBlockPoints];                ///< N s, of a sub-step
   Row lambda_1[kBlockPoints], lambda_2[kBlockPoints];
-  Row lambda_max[kBlockPoints];                         ///< of the tick
   std::int32_t a[kBlockLanes], b[kBlockLanes];          ///< lines to read
   std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
   std::int32_t source[kBlockLanes];                     ///< which constraint; -1: none

@@ -74,6 +74,7 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_
   block.inverse_mass_A[lane] = c.inverse_mass_A;
   block.inverse_mass_B[lane] = c.inverse_mass_B;
   block.friction[lane] = c.friction;
+  block.gap_haste[lane] = c.restitution > 0 ? kImpactHaste : 1;
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     const ConstraintPoint& p = c.points[i];
     const Vector from_centre = p.rA - arm_A;
@@ -84,12 +85,10 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_
     block.lambda[i][lane] = p.lambda;
     block.lambda_1[i][lane] = p.lambda_t.x();
     block.lambda_2[i][lane] = p.lambda_t.y();
-    block.lambda_max[i][lane] = 0;
   }
   if (c.count != 3) return;
-  for (Row* row :
-       {&block.u[3], &block.v[3], &block.s0[3], &block.s[3], &block.yields[3], &block.lambda[3],
-        &block.lambda_1[3], &block.lambda_2[3], &block.lambda_max[3]}) {
+  for (Row* row : {&block.u[3], &block.v[3], &block.s0[3], &block.s[3], &block.yields[3],
+                   &block.lambda[3], &block.lambda_1[3], &block.lambda_2[3]}) {
     (*row)[lane] = 0;
   }
 }
@@ -165,7 +164,6 @@ void ContactBlocks::unpack() const {
         p.s = block.s[i][lane];
         p.lambda = block.lambda[i][lane];
         p.lambda_t = {block.lambda_1[i][lane], block.lambda_2[i][lane]};
-        p.lambda_max = block.lambda_max[i][lane];
         p.K_normal = 1 / block.yields[i][lane];
       }
     }

@@ -33,9 +33,6 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
     p.rB = manifold.points[i].p_W - place_B.x;
     p.s0 = p.s = manifold.points[i].separation;
     p.feature = manifold.points[i].feature;
-
-    p.approach =
-        c.n.dot(bodies.v[B] + bodies.w[B].cross(p.rB) - bodies.v[A] - bodies.w[A].cross(p.rA));
   }
   return c;
 }

@@ -36,13 +36,11 @@ struct ConstraintPoint {
   double s = 0;          ///< at the last evaluation
   double K_normal = 0;   ///< 1/kg; by find_effective_masses alone
   double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane; likewise
-  double approach = 0;   ///< normal velocity at the tick's start, m/s; negative: closing
   double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
   double force = 0;                                   ///< N: lambda of the last sub-step over it
   Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
-  double press = 0;       ///< m/s^2: what `force` alone would give, as far as it lasts; see press.h
-  double lambda_max = 0;  ///< largest of the tick: did the point ever carry anything
+  double press = 0;  ///< m/s^2: what `force` alone would give, as far as it lasts; see press.h
   std::uint32_t feature = 0;  ///< as in the manifold
 };
 

@@ -87,7 +87,6 @@ CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, 
   const V lambda = larger<V>(old + change, V{});
   const V step = lambda - old;
   store(c.lambda[i] + lane, lambda);
-  store(c.lambda_max[i] + lane, larger<V>(at<V>(c.lambda_max[i], lane), lambda));
   wrench.add_normal(step, at<V>(c.u[i], lane), at<V>(c.v[i], lane));
   for (int j = i + 1; j < points; ++j) {
     vn[j] = vn[j] + at<V>(c.coupling[coupled(i, j)], lane) * step;
@@ -114,7 +113,6 @@ CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, cons
     const V lambda = larger<V>(old[i] + reach * change[i], V{});
     change[i] = lambda - old[i];
     store(c.lambda[i] + lane, lambda);
-    store(c.lambda_max[i] + lane, larger<V>(at<V>(c.lambda_max[i], lane), lambda));
     wrench.add_normal(change[i], at<V>(c.u[i], lane), at<V>(c.v[i], lane));
   }
   const auto is_whole = reach == fill<V>(1);
@@ -146,6 +144,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
+  const V haste = at<V>(c.gap_haste, lane) / step.h;
   Wrench<V> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
@@ -155,7 +154,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
       const V yields = at<V>(c.yields[i], lane);
       const V bias = bias_of<V>(step, s, yields, lambda);
       const V soft = vn[i] + (bias + step.impulse_scale * lambda) / (step.mass_scale * yields);
-      r[i] = s > V{} ? vn[i] + s / step.h : soft;
+      r[i] = s > V{} ? vn[i] + s * haste : soft;
       r[i] = yields > V{} ? r[i] : V{};
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_soft, r, vn, wrench);
@@ -166,7 +165,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
       const V yields = at<V>(c.yields[i], lane);
       const V soft = -(yields * (step.mass_scale * vn[i]) + bias_of<V>(step, s, yields, lambda) +
                        step.impulse_scale * lambda);
-      const V ahead = -yields * (vn[i] + s / step.h);
+      const V ahead = -yields * (vn[i] + s * haste);
       const V change = s > V{} ? ahead : soft;
       add_normal<V, points>(c, lane, i, is_done ? V{} : change, vn, wrench);
     }
@@ -258,19 +257,20 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
   Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
+  const V haste = at<V>(c.gap_haste, lane) / step.h;
   Wrench<V> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
     V r[points];
     for (int i = 0; i < points; ++i) {
       const V yields = at<V>(c.yields[i], lane);
-      r[i] = yields > V{} ? vn[i] + larger<V>(at<V>(c.s[i], lane), V{}) / step.h : V{};
+      r[i] = yields > V{} ? vn[i] + larger<V>(at<V>(c.s[i], lane), V{}) * haste : V{};
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_hard, r, vn, wrench);
   }
   if (!all<V>(is_done)) {
     for (int i = 0; i < points; ++i) {
-      const V allowed = larger<V>(at<V>(c.s[i], lane), V{}) / step.h;
+      const V allowed = larger<V>(at<V>(c.s[i], lane), V{}) * haste;
       const V change = -at<V>(c.yields[i], lane) * (vn[i] + allowed);
       add_normal<V, points>(c, lane, i, is_done ? V{} : change, vn, wrench);
     }

@@ -5,7 +5,11 @@
 namespace cradle {
 
 SingleContact::SingleContact(ContactConstraint& c, BodyLines& bodies)
-    : c_(c), bodies_(bodies), A_(side(c.a, c.turn_A)), B_(side(c.b, c.turn_B)) {}
+    : c_(c),
+      bodies_(bodies),
+      A_(side(c.a, c.turn_A)),
+      B_(side(c.b, c.turn_B)),
+      haste_(c.restitution > 0 ? kImpactHaste : 1) {}
 
 SingleContact::Side SingleContact::side(std::int32_t slot, const Rotation& turn) const {
   const std::int32_t line = bodies_.line(slot);
@@ -45,7 +49,6 @@ void SingleContact::add_normal(ConstraintPoint& p, double change) {
   const double lambda = std::max(p.lambda + change, 0.0);
   push(p, (lambda - p.lambda) * c_.n);
   p.lambda = lambda;
-  p.lambda_max = std::max(p.lambda_max, lambda);
 }
 
 void SingleContact::add_friction(ConstraintPoint& p) {
@@ -59,6 +62,16 @@ void SingleContact::add_friction(ConstraintPoint& p) {
   p.lambda_t = lambda_t;
 }
 
+void SingleContact::rub(const ConstraintPoint& p, double impulse) {
+  const Vector v = relative_velocity(p);
+  const Eigen::Vector2d vt(c_.t1.dot(v), c_.t2.dot(v));
+  const double speed = vt.norm();
+  if (speed == 0) return;
+  const Eigen::Vector2d lambda_t =
+      -std::min(c_.friction * impulse, speed / p.K_tangent) / speed * vt;
+  push(p, lambda_t.x() * c_.t1 + lambda_t.y() * c_.t2);
+}
+
 void SingleContact::warm_start() {
   for (const ConstraintPoint& p : c_.used()) {
     push(p, p.lambda * c_.n + p.lambda_t.x() * c_.t1 + p.lambda_t.y() * c_.t2);
@@ -69,7 +82,7 @@ void SingleContact::solve(const SubStep& step) {
   for (ConstraintPoint& p : c_.used()) {
     p.s = separation(p);
     if (p.s > 0) {
-      add_normal(p, -(normal_velocity(p) + p.s / step.h) / p.K_normal);
+      add_normal(p, -(normal_velocity(p) + p.s * haste_ / step.h) / p.K_normal);
       continue;
     }
     const double decay = step.impulse_scale * p.lambda;
@@ -82,7 +95,7 @@ void SingleContact::solve(const SubStep& step) {
 void SingleContact::relax(const SubStep& step) {
   for (ConstraintPoint& p : c_.used()) {
     p.s = separation(p);
-    add_normal(p, -(normal_velocity(p) + std::max(p.s, 0.0) / step.h) / p.K_normal);
+    add_normal(p, -(normal_velocity(p) + std::max(p.s, 0.0) * haste_ / step.h) / p.K_normal);
   }
   for (ConstraintPoint& p : c_.used()) add_friction(p);
 }

@@ -1,5 +1,5 @@
 /// Contacts one after another, point by point: those whose arms hold at another time than the
-/// tick's start, and what comes after the sub-steps.
+/// tick's start, and friction of impacts.
 #pragma once
 
 #include "server/dynamics/contact/body_lines.h"
@@ -16,6 +16,8 @@ class SingleContact {
   void warm_start();
   void solve(const SubStep& step);
   void relax(const SubStep& step);
+  /// Friction of an impact, with its normal impulse.
+  void rub(const ConstraintPoint& p, double impulse);
 
   Vector relative_velocity(const ConstraintPoint& p) const;
   double normal_velocity(const ConstraintPoint& p) const { return c_.n.dot(relative_velocity(p)); }
@@ -40,6 +42,7 @@ class SingleContact {
   ContactConstraint& c_;
   BodyLines& bodies_;
   Side A_, B_;
+  double haste_;  // as ContactBlock::gap_haste
 };
 
 }  // namespace cradle

@@ -31,19 +31,13 @@ namespace {
 
 /// Each with unit, reason, and the test that pins it.
 struct SoftTolerances {
-  double frequency = 0.177;    ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
-  double damping_ratio = 5;    ///< zeta: overlaps close without bouncing ("half overlapped")
-  double push_speed = 0.3;     ///< m/s: floor of the push-out limit ("half overlapped")
-  double push_rate = 4;        ///< 1/s: lets deep overlaps part within a second ("half overlapped")
-  double smooth_factor = 3;    ///< a velocity change below 3 h |a| is no impact ("sliding stop")
-  double bounce_speed = 1e-3;  ///< m/s: floor of the restitution threshold ("comes to rest")
+  double frequency = 0.177;  ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
+  double damping_ratio = 5;  ///< zeta: overlaps close without bouncing ("half overlapped")
+  double push_speed = 0.3;   ///< m/s: floor of the push-out limit ("half overlapped")
+  double push_rate = 4;      ///< 1/s: lets deep overlaps part within a second ("half overlapped")
+  double smooth_factor = 3;  ///< a velocity change below 3 h |a| is no impact ("sliding stop")
 };
 constexpr SoftTolerances kTolerances;
-
-/// Sweeps of restitution over all contacts. A body that hits two others in a tick needs more than
-/// one: of 10 000 elastic spheres' energy, 1 / 2 / 4 / 8 / 16 lose 13 / 3.9 / 0.4 / 0.24 / 0.23 %
-/// in 6 s.
-constexpr int kRestitutionPasses = 8;
 
 SubStep sub_step_of(double h) {
   const double omega = 2 * std::numbers::pi * kTolerances.frequency / h;
@@ -72,6 +66,7 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   sort(constraints);
 
   for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
+    if (!impacts_.is_empty()) impacts_.strike(bodies_, step_.h);
     bodies_.integrate_velocities(step_.h);
     if (sub_step == 0) warm_start();
     solve();
@@ -79,8 +74,6 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
     relax();
   }
   blocks_.unpack();
-  for (int pass = 0; pass < kRestitutionPasses && apply_restitution(arrays); ++pass) {
-  }
   bodies_.finish();
   for (ContactConstraint* c : constraints) {
     for (ConstraintPoint& p : c->used()) {
@@ -90,17 +83,16 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   }
 }
 
-/// Into blocks; single contacts, and those that bounce.
+/// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
   blocks_.pack(constraints, bodies_);
   for (const BlockRun& run : blocks_.runs()) kernels_->prepare(run, step_);
   singles_.clear();
-  bouncing_.clear();
   for (ContactConstraint* c : constraints) {
     if (c->is_ahead || c->restitution > 0) find_effective_masses(*c);
     if (c->is_ahead) singles_.push_back(c);
-    if (c->restitution > 0) bouncing_.push_back(c);
   }
+  impacts_.begin(constraints, bodies_);
 }
 
 void SoftBatch::warm_start() {
@@ -118,32 +110,6 @@ void SoftBatch::relax() {
     kernels_->relax(run, step_, bodies_.velocities(), bodies_.motions());
   }
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).relax(step_);
-}
-
-/// Newton's law, after the sub-steps, with the speed of the impact: v_i^2 = v^2 - 2 a s from the
-/// tick's start, and the outgoing speed as it is where the tick ends, v_o^2 = e^2 v_i^2 + 2 a s
-/// (energy in the acceleration a along the normal; negative: towards the surface). True if an
-/// impulse has changed: then others may have to.
-bool SoftBatch::apply_restitution(const BodyArrays& arrays) {
-  bool has_changed = false;
-  for (ContactConstraint* constraint : bouncing_) {
-    ContactConstraint& c = *constraint;
-    const double a = c.n.dot(arrays.acceleration[static_cast<std::size_t>(c.b)] -
-                             arrays.acceleration[static_cast<std::size_t>(c.a)]);
-    // What the acceleration alone gives in two sub-steps is a contact at rest.
-    const double threshold = std::max(2 * std::abs(a) * step_.h, kTolerances.bounce_speed);
-    SingleContact contact(c, bodies_);
-    for (ConstraintPoint& p : c.used()) {
-      if (p.approach > -threshold || p.lambda_max == 0) continue;
-      const double impact = std::max(p.approach * p.approach - 2 * a * p.s0, 0.0);
-      const double leaving = c.restitution * c.restitution * impact + 2 * a * contact.separation(p);
-      const double speed = std::sqrt(std::max(leaving, 0.0));
-      const double lambda = p.lambda;
-      contact.add_normal(p, (speed - contact.normal_velocity(p)) / p.K_normal);
-      has_changed = has_changed || p.lambda != lambda;
-    }
-  }
-  return has_changed;
 }
 
 }  // namespace cradle

@@ -7,6 +7,7 @@
 #include "server/dynamics/contact/body_lines.h"
 #include "server/dynamics/contact/contact_blocks.h"
 #include "server/dynamics/contact/contact_solver.h"
+#include "server/dynamics/contact/impacts.h"
 
 namespace cradle {
 
@@ -27,13 +28,13 @@ class SoftBatch {
   void warm_start();
   void solve();
   void relax();
-  bool apply_restitution(const BodyArrays& arrays);
 
   const ContactKernels* kernels_ = nullptr;
   SubStep step_{};
   BodyLines bodies_;
   ContactBlocks blocks_;
-  std::vector<ContactConstraint*> singles_, bouncing_;
+  std::vector<ContactConstraint*> singles_;
+  Impacts impacts_;
 };
 
 }  // namespace cradle

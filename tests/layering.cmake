@@ -56,3 +56,6 @@ only("[ei]mmintrin\\.h" server "collision/box_lanes\\.h|dynamics/contact/manifol
 only("chrono" server "(daemon|metrics_page|pacer|publisher|stopwatch)\\.(h|cpp)")
 only("thread" server "(daemon|metrics_page|publisher|thread_pool)\\.(h|cpp)")
 only("spdlog/.*" server "log\\.cpp")
+# Other engines: one file a library that the benchmark runs beside ours, and one that tests ask.
+only("bt[A-Z].*|Bullet.*" tests "bench/peer_bullet\\.cpp|unit/collision_bullet_oracle\\.cpp")
+only("ode/.*" tests "bench/peer_ode\\.cpp|unit/collision_ode_oracle\\.cpp")

@@ -14,7 +14,7 @@ constexpr Case kCases[] = {
      "10 000 elastic spheres in a closed box"},
     // The fall is part of the pile: every tick counts.
     {"T2", "bench_pile.toml", 5, 0, mean_penetration_at_end, "mean penetration at the end, m",
-     "2000 cubes dropped into a pit"},
+     "2000 cubes dropped into a pit", 1, true},
     {"T3", "bench_pyramid.toml", 10, kTenTicks_s, displacement, "max displacement, m",
      "a wall pyramid of 465 cubes"},
     {"T4", "bench_free.toml", 110.0 / 60, kTenTicks_s, drift_of_rotational_energy,
@@ -24,7 +24,7 @@ constexpr Case kCases[] = {
     {"T4p", "bench_free_planar.toml", 110.0 / 60, kTenTicks_s, drift_of_rotational_energy,
      "rotational energy, relative", "100 000 of them in a planar world"},
     {"T5", "bench_terrain.toml", 5, 0, bodies_below_terrain, "bodies that went below the terrain",
-     "3000 bodies of four shapes dropped on a mesh", 30},
+     "3000 bodies of four shapes dropped on a mesh", 30, true},
     {"A1", "bench_projectile.toml", 10, kTenTicks_s, distance_from_parabola,
      "max distance from the parabola, m", "a projectile"},
     {"A2", "bench_torque_free.toml", 60, kTenTicks_s, drift_of_tumbling,

@@ -20,6 +20,8 @@ struct Case {
   /// Penetration is looked for at each so-manieth tick and the last: the check of hulls takes
   /// longer than the tick, and leaves cold caches behind.
   int ticks_a_look = 1;
+  /// What happens changes from tick to tick: beside others its time is the mean, else the median.
+  bool time_is_mean = false;
 };
 
 /// In the order in which they are listed and run.

@@ -14,6 +14,7 @@
 #include "tests/bench/pair.h"
 #include "tests/bench/precision_report.h"
 #include "tests/bench/report.h"
+#include "tests/bench/side_by_side.h"
 
 namespace {
 
@@ -45,6 +46,30 @@ std::vector<std::string> scene_names() {
   return names;
 }
 
+/// --peers, and there are none.
+class NoPeersError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+constexpr int kExitNoPeers = 69;  // EX_UNAVAILABLE of sysexits.h
+
+/// Those that this program was built with; says which are missing.
+std::vector<PeerLibrary> peers_here() {
+  std::vector<PeerLibrary> found;
+  std::string missing;
+  for (const PeerLibrary& library : peer_libraries()) {
+    if (library.make != nullptr) {
+      found.push_back(library);
+    } else {
+      missing += (missing.empty() ? "" : " and ") + std::string(library.package);
+    }
+  }
+  const std::string advice = "install " + missing + ", and run cmake again";
+  if (found.empty()) throw NoPeersError("built without other libraries: " + advice);
+  if (!missing.empty()) std::cerr << "cradle_bench: one library is missing: " << advice << '\n';
+  return found;
+}
+
 /// Runs what is named, row by row: a table of its own for each kind of case.
 class Tables {
  public:
@@ -74,12 +99,30 @@ class Tables {
   bool has_rows_ = false;
 };
 
-void run_all(const std::vector<std::string>& names, const Options& options,
+std::string lines_beside_peers(Format format, const Case& which, const Options& options,
+                               std::span<const PeerLibrary> libraries) {
+  const SideBySide result = compare(which, options, libraries);
+  for (const Fared& engine : result.engines) {
+    if (engine.is_ok()) continue;
+    std::cerr << which.name << ", " << engine.row.engine << ": " << engine.outcome << '\n';
+  }
+  return peers_lines(format, result);
+}
+
+void run_all(const std::vector<std::string>& names, const Options& options, bool with_peers,
              const std::string& csv_file) {
+  std::vector<PeerLibrary> libraries;
+  if (with_peers) libraries = peers_here();
   Tables tables(csv_file);
   const Format format = tables.format();
-  tables.add(names, kAll, cases(), header(format),
-             [&](const Case& one) { return line(format, run(one, options)); });
+  if (with_peers) {
+    tables.add(names, kAll, cases(), peers_header(format, libraries), [&](const Case& one) {
+      return is_for_peers(one) ? lines_beside_peers(format, one, options, libraries) : "";
+    });
+  } else {
+    tables.add(names, kAll, cases(), header(format),
+               [&](const Case& one) { return line(format, run(one, options)); });
+  }
   tables.add(names, kBroad, broad_cases(), broad_header(format),
              [&](const BroadCase& one) { return line(format, run(one)); });
   tables.add(names, kPair, pair_cases(), pair_header(format), [&](const PairCase& one) {
@@ -102,7 +145,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   Options options;
   std::string csv_file;
-  bool only_list = false;
+  bool only_list = false, with_peers = false;
   std::string report_folder;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
   app.add_option("scene", names,
@@ -118,6 +161,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, ThreadPool::kThreadsMax));
   app.add_option("--lanes", options.lanes, "Bodies that fly side by side; default: as many as go")
       ->check(CLI::IsMember(flight_lanes()));
+  app.add_flag("--peers", with_peers,
+               "Run the scenes by Bullet and ODE, too: times and errors of all, in turns");
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");
   CLI::App* report = app.add_subcommand(
       "report", "Work against precision of the schemes of free flight: data, diagrams, table");
@@ -131,13 +176,15 @@ int main(int argc, char** argv) {
     } else if (names.empty()) {
       throw CLI::RequiredError("scene");
     } else {
-      run_all(names, options, csv_file);
+      run_all(names, options, with_peers, csv_file);
     }
     return kExitOk;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   } catch (const SceneError& error) {
     return fail(error, kExitData);
+  } catch (const NoPeersError& error) {
+    return fail(error, kExitNoPeers);
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error, kExitNoInput);
   } catch (const PlotError& error) {

@@ -38,27 +38,14 @@ Scene scene_of(const Case& which) {
   return load_scene(CRADLE_SCENE_DIR "/" + std::string(which.scene_file));
 }
 
-Row run(const Case& which, const Options& options) {
-  Scene scene = scene_of(which);
-  if (options.method) scene.settings.solver = *options.method;
-  if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
-  if (options.sub_steps) scene.settings.sub_steps = *options.sub_steps;
-  scene.settings.lanes = options.lanes;
+Row watch(const Case& which, const Scene& scene, const Engine& engine) {
   const double rate_hz = scene.settings.rate_hz;
-
-  const auto executor = make_executor(options.threads);
-  SceneRun run(scene);
   const auto measure = which.measure(scene);
   PenetrationCheck check(scene);
   Drift drift(scene);
   Row row;
   row.scene = which.name;
-  row.engine = "cradle";
-  row.method = scene.settings.solver;
   row.dt_s = 1 / rate_hz;
-  row.sub_steps = scene.settings.sub_steps;
-  row.threads = options.threads;
-  row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
   row.error_kind = which.error_kind;
 
   const auto ticks = std::max<Tick>(1, std::llround(which.duration_s * rate_hz));
@@ -68,10 +55,10 @@ Row run(const Case& which, const Options& options) {
   Penetration penetration;
   for (Tick tick = 1; tick <= ticks; ++tick) {
     const Stopwatch stopwatch;
-    run.step(*executor);
+    engine.step();
     if (tick > warm_up) us.push_back(stopwatch.elapsed_us());
 
-    run.world().snapshot(states);
+    engine.look(states);
     if (states.size() != scene.bodies.size()) throw std::logic_error("a snapshot lacks bodies");
     if (tick % which.ticks_a_look == 0 || tick == ticks) penetration = check.look(states);
     row.penetration_max_m = worse(row.penetration_max_m, penetration.max_m);
@@ -83,10 +70,30 @@ Row run(const Case& which, const Options& options) {
   row.us_per_tick = summarise(std::move(us));
   const auto bodies = static_cast<double>(dynamic_bodies(scene).size());
   row.ns_per_body = 1000 * row.us_per_tick.median_us / bodies;
-  row.error = run.world().quarantined_count() == 0 ? measure->error()
-                                                   : std::numeric_limits<double>::quiet_NaN();
+  row.error = measure->error();
   row.energy_drift = drift.energy();
   row.momentum_drift = drift.momentum();
+  return row;
+}
+
+Row run(const Case& which, const Options& options) {
+  Scene scene = scene_of(which);
+  if (options.method) scene.settings.solver = *options.method;
+  if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
+  if (options.sub_steps) scene.settings.sub_steps = *options.sub_steps;
+  scene.settings.lanes = options.lanes;
+
+  const auto executor = make_executor(options.threads);
+  SceneRun run(scene);
+  Row row = watch(which, scene,
+                  {[&] { run.step(*executor); },
+                   [&](std::vector<BodyState>& states) { run.world().snapshot(states); }});
+  row.engine = "cradle";
+  row.method = scene.settings.solver;
+  row.sub_steps = scene.settings.sub_steps;
+  row.threads = options.threads;
+  row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
+  if (run.world().quarantined_count() > 0) row.error = std::numeric_limits<double>::quiet_NaN();
   row.hash = hexadecimal(run.world().hash());
   return row;
 }

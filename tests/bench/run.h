@@ -1,8 +1,10 @@
 /// One run of one case: what it cost and how wrong it was.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/stopwatch.h"
 #include "tests/bench/cases.h"
@@ -20,7 +22,7 @@ struct Options {
 
 /// One line of the report. NaN where a number came out unusable; none where it has no meaning.
 struct Row {
-  std::string scene, engine, method;
+  std::string scene, engine, method;  ///< of a peer, the method is its iterations
   double dt_s = 0;
   int sub_steps = 0;
   int threads = 1;
@@ -38,6 +40,16 @@ struct Row {
 
 /// The scene of a case, as its file has it. Throws what load_scene does.
 Scene scene_of(const Case& which);
+
+/// Whatever has bodies in motion: it is stepped, and looked at.
+struct Engine {
+  std::function<void()> step;                                ///< a tick: what is timed
+  std::function<void(std::vector<BodyState>& states)> look;  ///< as Observation::states
+};
+
+/// Steps the engine through the case; the row lacks what only the engine knows (engine, method,
+/// sub_steps, threads, lanes, hash). `scene` is that of the case, with the rate of the run.
+Row watch(const Case& which, const Scene& scene, const Engine& engine);
 
 /// Throws what load_scene does, and SceneError.
 Row run(const Case& which, const Options& options);

@@ -1,0 +1,168 @@
+#include "tests/bench/side_by_side.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+
+#include "server/dynamics/free_flight.h"
+#include "tests/bench/in_child.h"
+
+namespace cradle::bench {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// What a child finds out, as it comes through a pipe.
+struct Found {
+  TickTimes us_per_tick;
+  double ns_per_body, error, penetration_max_m, penetration_mean_m;
+  std::optional<double> energy_drift, momentum_drift;
+  std::array<char, 16> hash;
+};
+static_assert(std::is_trivially_copyable_v<Found>);
+
+std::string packed(const Row& row) {
+  Found found{row.us_per_tick,        row.ns_per_body,  row.error,          row.penetration_max_m,
+              row.penetration_mean_m, row.energy_drift, row.momentum_drift, {}};
+  std::copy_n(row.hash.begin(), std::min(row.hash.size(), found.hash.size()), found.hash.begin());
+  std::string text(sizeof found, '\0');
+  std::memcpy(text.data(), &found, sizeof found);
+  return text;
+}
+
+void unpack(const std::string& text, Row& row) {
+  Found found;
+  if (text.size() != sizeof found) throw std::logic_error("a run sent something else");
+  std::memcpy(&found, text.data(), sizeof found);
+  row.us_per_tick = found.us_per_tick;
+  row.ns_per_body = found.ns_per_body;
+  row.error = found.error;
+  row.penetration_max_m = found.penetration_max_m;
+  row.penetration_mean_m = found.penetration_mean_m;
+  row.energy_drift = found.energy_drift;
+  row.momentum_drift = found.momentum_drift;
+  row.hash.assign(found.hash.begin(), std::ranges::find(found.hash, '\0'));
+}
+
+Scene scene_with(const Case& which, const Options& options) {
+  Scene scene = scene_of(which);
+  if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
+  return scene;
+}
+
+/// Of a run that is still to come.
+Row row_of(const Case& which, const Scene& scene) {
+  Row row;
+  row.scene = which.name;
+  row.dt_s = 1 / scene.settings.rate_hz;
+  row.error_kind = which.error_kind;
+  return row;
+}
+
+Row peer_row(const PeerLibrary& library, const Case& which, const Scene& scene,
+             const PeerSettings& settings) {
+  Row row = row_of(which, scene);
+  row.engine = library.name;
+  const int iterations = settings.iterations > 0 ? settings.iterations : library.iterations;
+  row.method = std::to_string(iterations) + " it";
+  row.sub_steps = settings.steps_a_tick;
+  return row;
+}
+
+Fared fared(Row row, const ChildResult& result) {
+  Fared engine{std::move(row), "ok"};
+  if (result.is_done) {
+    unpack(result.text, engine.row);
+  } else {
+    engine.outcome = result.text;
+    engine.row.us_per_tick = {kNaN, kNaN, kNaN};
+    engine.row.ns_per_body = engine.row.error = kNaN;
+    engine.row.penetration_max_m = engine.row.penetration_mean_m = kNaN;
+  }
+  return engine;
+}
+
+double time_of(const Case& which, const Row& row) {
+  return which.time_is_mean ? row.us_per_tick.mean_us : row.us_per_tick.median_us;
+}
+
+/// One for several runs of the same.
+Fared middle_of(const Case& which, std::vector<Fared> runs) {
+  for (const Fared& run : runs) {
+    if (!run.is_ok()) return run;
+  }
+  double error = 0;
+  for (const Fared& run : runs) error = worse(error, run.row.error);
+  std::ranges::sort(runs, {}, [&](const Fared& run) { return time_of(which, run.row); });
+  Fared middle = runs[(runs.size() - 1) / 2];
+  middle.row.error = error;
+  return middle;
+}
+
+}  // namespace
+
+double SideBySide::time_us(const Fared& engine) const { return time_of(*which, engine.row); }
+
+std::optional<double> SideBySide::ratio(const Fared& engine) const {
+  if (!engine.is_ok() || !engines.front().is_ok()) return std::nullopt;
+  return time_us(engines.front()) / time_us(engine);
+}
+
+bool is_for_peers(const Case& which) { return which.name != "T4m" && which.name != "T4p"; }
+
+Row run_peer(const PeerLibrary& library, const Case& which, const Options& options,
+             const PeerSettings& settings) {
+  const Scene scene = scene_with(which, options);
+  const std::unique_ptr<Peer> peer = make_peer(library, scene, settings);
+  Row row = watch(which, scene,
+                  {[&] { peer->step(); },
+                   [&](std::vector<BodyState>& states) {
+                     states.clear();
+                     for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+                       states.push_back(peer->state(i));
+                   }});
+  const Row head = peer_row(library, which, scene, settings);
+  row.engine = head.engine;
+  row.method = head.method;
+  row.sub_steps = head.sub_steps;
+  return row;
+}
+
+Fared try_run(const Case& which, const Options& options) {
+  const Scene scene = scene_with(which, options);
+  Row row = row_of(which, scene);
+  row.engine = "cradle";
+  row.method = options.method.value_or(scene.settings.solver);
+  row.sub_steps = options.sub_steps.value_or(scene.settings.sub_steps);
+  row.threads = options.threads;
+  row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
+  return fared(std::move(row), in_child([&] { return packed(run(which, options)); }));
+}
+
+Fared try_peer(const PeerLibrary& library, const Case& which, const Options& options,
+               const PeerSettings& settings) {
+  return fared(peer_row(library, which, scene_with(which, options), settings),
+               in_child([&] { return packed(run_peer(library, which, options, settings)); }));
+}
+
+SideBySide compare(const Case& which, const Options& options,
+                   std::span<const PeerLibrary> libraries, int rounds) {
+  std::vector<std::vector<Fared>> runs(1 + libraries.size());
+  for (int round = 0; round < rounds; ++round) {
+    runs[0].push_back(try_run(which, options));
+    for (std::size_t i = 0; i < libraries.size(); ++i) {
+      // What fails once fails for good; do not wait for it again.
+      if (!runs[i + 1].empty() && !runs[i + 1].back().is_ok()) continue;
+      runs[i + 1].push_back(try_peer(libraries[i], which, options));
+    }
+  }
+  SideBySide result{&which, {}};
+  for (std::vector<Fared>& of : runs) result.engines.push_back(middle_of(which, std::move(of)));
+  return result;
+}
+
+}  // namespace cradle::bench

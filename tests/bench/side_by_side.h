@@ -1,0 +1,57 @@
+/// One case by Cradle and by its peers, on the same machine in turns.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tests/bench/peer.h"
+#include "tests/bench/report.h"
+#include "tests/bench/run.h"
+
+namespace cradle::bench {
+
+/// How an engine fared.
+struct Fared {
+  Row row;              ///< of the run with the median time, and the worst error of all runs; an
+                        ///< error of NaN and no times if a run failed
+  std::string outcome;  ///< "ok", or why a run failed
+  bool is_ok() const { return outcome == "ok"; }
+};
+
+struct SideBySide {
+  const Case* which = nullptr;
+  std::vector<Fared> engines;  ///< Cradle first, then the libraries
+
+  /// The time that engines are compared by, us a tick.
+  double time_us(const Fared& engine) const;
+  /// Cradle's time over that of the engine; none if one of them failed.
+  std::optional<double> ratio(const Fared& engine) const;
+};
+
+/// The cases that peers are given: all but those that repeat another at another size, or in a
+/// plane.
+bool is_for_peers(const Case& which);
+
+/// One run of one peer, in this process. The scene and dt are those of `run`. Throws what
+/// load_scene does, and PeerError.
+Row run_peer(const PeerLibrary& library, const Case& which, const Options& options,
+             const PeerSettings& settings = {});
+
+/// `run` and `run_peer` in a process of their own. Failures are outcomes; throws what load_scene
+/// does.
+Fared try_run(const Case& which, const Options& options);
+Fared try_peer(const PeerLibrary& library, const Case& which, const Options& options,
+               const PeerSettings& settings = {});
+
+/// Rounds, in each of which every engine runs once. Of the options, the peers take `dt_s` alone.
+SideBySide compare(const Case& which, const Options& options,
+                   std::span<const PeerLibrary> libraries, int rounds = 3);
+
+/// As a table: a line a case. As CSV: a line an engine, with the columns of `header`, and after
+/// them the outcome and Cradle's time over the engine's.
+std::string peers_header(Format format, std::span<const PeerLibrary> libraries);
+std::string peers_lines(Format format, const SideBySide& result);
+
+}  // namespace cradle::bench

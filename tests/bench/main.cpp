@@ -1,5 +1,7 @@
 // cradle_bench: speed and error of every scene, one row a run.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -11,7 +13,10 @@
 #include "server/trace.h"
 #include "server/world/world.h"
 #include "tests/bench/broad.h"
+#include "tests/bench/engine_report.h"
+#include "tests/bench/ladders.h"
 #include "tests/bench/pair.h"
+#include "tests/bench/plot.h"
 #include "tests/bench/precision_report.h"
 #include "tests/bench/report.h"
 #include "tests/bench/side_by_side.h"
@@ -24,6 +29,9 @@ using namespace cradle::bench;
 constexpr const char* kAll = "all";
 constexpr const char* kBroad = "broad";
 constexpr const char* kPair = "pair";
+constexpr const char* kLadders = "ladders";
+constexpr const char* kSchemes = "schemes";
+constexpr const char* kEngines = "engines";
 
 void list() {
   for (const Case& one : cases()) {
@@ -34,6 +42,7 @@ void list() {
     std::cout << std::left << std::setw(15) << one.name << one.about << '\n';
   }
   for (const PairCase& one : pair_cases()) std::cout << one.name << '\n';
+  std::cout << kLadders << "        stacks of 5 to 40 cubes, 10 to 10 000 kg on one and on ten\n";
 }
 
 std::vector<std::string> scene_names() {
@@ -43,6 +52,7 @@ std::vector<std::string> scene_names() {
   for (const BroadCase& one : broad_cases()) names.emplace_back(one.name);
   names.emplace_back(kPair);
   for (const PairCase& one : pair_cases()) names.emplace_back(one.name);
+  names.emplace_back(kLadders);
   return names;
 }
 
@@ -90,6 +100,13 @@ class Tables {
       }
     }
   }
+  /// A table whose rows are made one after the other.
+  template <class Rows, class Line>
+  void add_rows(const std::string& header, const Rows& rows, Line line) {
+    output_.write((has_rows_ ? "\n" : "") + header);
+    for (const auto& row : rows) output_.write(line(row));
+    has_rows_ = true;
+  }
   Format format() const { return format_; }
   void finish() { output_.finish(); }
 
@@ -101,7 +118,7 @@ class Tables {
 
 std::string lines_beside_peers(Format format, const Case& which, const Options& options,
                                std::span<const PeerLibrary> libraries) {
-  const SideBySide result = compare(which, options, libraries);
+  const SideBySide result = compare(which, scene_of(which), options, libraries);
   for (const Fared& engine : result.engines) {
     if (engine.is_ok()) continue;
     std::cerr << which.name << ", " << engine.row.engine << ": " << engine.outcome << '\n';
@@ -130,7 +147,28 @@ void run_all(const std::vector<std::string>& names, const Options& options, bool
     for (const PairRow& row : run(one)) lines += line(format, row);
     return lines;
   });
+  if (std::ranges::count(names, kLadders) > 0) {
+    tables.add_rows(ladders_header(format, libraries), ladder_rungs(), [&](const Rung& rung) {
+      return ladders_line(format, rung, compare(*rung.which, rung.scene, options, libraries, 1));
+    });
+  }
   tables.finish();
+}
+
+/// Without gnuplot both parts leave their data before the first complains.
+void write_reports(const std::string& folder, const std::string& part) {
+  std::vector<PeerLibrary> libraries;
+  for (const PeerLibrary& library : peer_libraries()) {
+    if (library.make != nullptr) libraries.push_back(library);
+  }
+  std::exception_ptr complaint;
+  try {
+    if (part != kEngines) write_precision_report(folder);
+  } catch (const PlotError&) {
+    complaint = std::current_exception();
+  }
+  if (part != kSchemes) write_engine_report(folder, libraries);
+  if (complaint) std::rethrow_exception(complaint);
 }
 
 int fail(const std::exception& error, int code) {
@@ -146,10 +184,11 @@ int main(int argc, char** argv) {
   Options options;
   std::string csv_file;
   bool only_list = false, with_peers = false;
-  std::string report_folder;
+  std::string report_folder, report_part;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
-  app.add_option("scene", names,
-                 "Scenes by name, or all; rows broad:* and pair:* by name, or broad and pair")
+  app.add_option(
+         "scene", names,
+         "Scenes by name, or all; rows broad:* and pair:* by name, or broad and pair; ladders")
       ->check(CLI::IsMember(scene_names()));
   app.add_option("--method", options.method, "Contact solver; default: what the scene says")
       ->check(CLI::IsMember(solver_names()));
@@ -165,12 +204,16 @@ int main(int argc, char** argv) {
                "Run the scenes by Bullet and ODE, too: times and errors of all, in turns");
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");
   CLI::App* report = app.add_subcommand(
-      "report", "Work against precision of the schemes of free flight: data, diagrams, table");
+      "report",
+      "Work against precision, of the schemes of free flight, and of engines in contact: data, "
+      "diagrams, tables");
   report->add_option("DIR", report_folder, "Folder to write to; made if need be")->required();
+  report->add_option("--only", report_part, "One part of it: schemes, or engines")
+      ->check(CLI::IsMember({kSchemes, kEngines}));
   try {
     app.parse(argc, argv);
     if (report->parsed()) {
-      write_precision_report(report_folder);
+      write_reports(report_folder, report_part);
     } else if (only_list) {
       list();
     } else if (names.empty()) {

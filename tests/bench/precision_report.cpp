@@ -1,34 +1,15 @@
 #include "tests/bench/precision_report.h"
 
-#include <spawn.h>
-#include <sys/wait.h>
-
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
-#include "server/trace.h"
-
-extern char** environ;
+#include "tests/bench/plot.h"
 
 namespace cradle::bench {
 namespace {
 
 constexpr std::array<double, 5> kErrors{1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
-
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 256> text;
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
-
-void write(const std::filesystem::path& path, const std::string& text) {
-  Output output(path.string());
-  output.write(text);
-  output.finish();
-}
 
 /// Two diagrams of one case: error over time, and over counted work.
 std::string script(const PrecisionCase& which, std::span<const PrecisionCurve> curves) {
@@ -52,24 +33,6 @@ std::string script(const PrecisionCase& which, std::span<const PrecisionCurve> c
     }
   }
   return text;
-}
-
-/// Runs gnuplot on the script, in its folder. False if there is no gnuplot.
-bool plot(const std::filesystem::path& folder, const std::string& name) {
-  // gnuplot resolves names from where it runs: its own cd comes first.
-  std::string program = "gnuplot", option = "-e", change = "cd '" + folder.string() + "'";
-  std::string file = name + ".gp";
-  std::array<char*, 5> arguments{program.data(), option.data(), change.data(), file.data(),
-                                 nullptr};
-  pid_t child = 0;
-  if (posix_spawnp(&child, "gnuplot", nullptr, nullptr, arguments.data(), environ) != 0) {
-    return false;
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return false;
-  if (status != 0) throw PlotError("gnuplot failed on " + (folder / file).string());
-  return true;
 }
 
 }  // namespace
@@ -116,17 +79,12 @@ void write_precision_report(const std::string& folder_name, double evaluations_m
   for (const PrecisionCase& which : precision_cases()) {
     const std::vector<PrecisionCurve> curves = sweep(which, evaluations_max);
     const std::string name(which.name);
-    write(folder / (name + ".dat"), data_text(curves));
-    write(folder / (name + ".gp"), script(which, curves));
+    write_file(folder / (name + ".dat"), data_text(curves));
+    write_file(folder / (name + ".gp"), script(which, curves));
     table += table_line(which, curves);
   }
-  write(folder / "table.md", table);
-  for (const PrecisionCase& which : precision_cases()) {
-    if (plot(folder, std::string(which.name))) continue;
-    throw PlotError(
-        "no gnuplot (package gnuplot-nox): no diagrams; data, scripts and table are in " +
-        folder_name);
-  }
+  write_file(folder / "table.md", table);
+  for (const PrecisionCase& which : precision_cases()) plot(folder, std::string(which.name));
 }
 
 }  // namespace cradle::bench

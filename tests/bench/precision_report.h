@@ -1,18 +1,11 @@
 /// The report on work against precision: data, gnuplot scripts, diagrams and a table.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
 #include "tests/bench/precision.h"
 
 namespace cradle::bench {
-
-/// gnuplot is missing, or failed.
-class PlotError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// A curve is a block of lines "step_s error evaluations ns", two empty lines between blocks.
 std::string data_text(std::span<const PrecisionCurve> curves);
@@ -24,7 +17,7 @@ std::string table_line(const PrecisionCase& which, std::span<const PrecisionCurv
 
 /// Makes the folder and in it, for each case, NAME.dat, NAME.gp, NAME_time.svg and NAME_work.svg;
 /// and table.md. Throws std::filesystem::filesystem_error, OutputError of server/trace.h and
-/// PlotError; data, scripts and table are there then.
+/// PlotError of plot.h; data, scripts and table are there then.
 void write_precision_report(const std::string& folder, double evaluations_max = 3e6);
 
 }  // namespace cradle::bench

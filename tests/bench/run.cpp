@@ -76,8 +76,9 @@ Row watch(const Case& which, const Scene& scene, const Engine& engine) {
   return row;
 }
 
-Row run(const Case& which, const Options& options) {
-  Scene scene = scene_of(which);
+Row run(const Case& which, const Options& options) { return run(which, scene_of(which), options); }
+
+Row run(const Case& which, Scene scene, const Options& options) {
   if (options.method) scene.settings.solver = *options.method;
   if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
   if (options.sub_steps) scene.settings.sub_steps = *options.sub_steps;

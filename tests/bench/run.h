@@ -51,7 +51,9 @@ struct Engine {
 /// sub_steps, threads, lanes, hash). `scene` is that of the case, with the rate of the run.
 Row watch(const Case& which, const Scene& scene, const Engine& engine);
 
-/// Throws what load_scene does, and SceneError.
+/// Throws SceneError.
+Row run(const Case& which, Scene scene, const Options& options);
+/// Of the case's own scene. Throws what load_scene does, too.
 Row run(const Case& which, const Options& options);
 
 }  // namespace cradle::bench

@@ -48,24 +48,18 @@ void unpack(const std::string& text, Row& row) {
   row.hash.assign(found.hash.begin(), std::ranges::find(found.hash, '\0'));
 }
 
-Scene scene_with(const Case& which, const Options& options) {
-  Scene scene = scene_of(which);
-  if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
-  return scene;
-}
-
 /// Of a run that is still to come.
-Row row_of(const Case& which, const Scene& scene) {
+Row row_of(const Case& which, const Scene& scene, const Options& options) {
   Row row;
   row.scene = which.name;
-  row.dt_s = 1 / scene.settings.rate_hz;
+  row.dt_s = options.dt_s.value_or(1 / scene.settings.rate_hz);
   row.error_kind = which.error_kind;
   return row;
 }
 
 Row peer_row(const PeerLibrary& library, const Case& which, const Scene& scene,
-             const PeerSettings& settings) {
-  Row row = row_of(which, scene);
+             const Options& options, const PeerSettings& settings) {
+  Row row = row_of(which, scene, options);
   row.engine = library.name;
   const int iterations = settings.iterations > 0 ? settings.iterations : library.iterations;
   row.method = std::to_string(iterations) + " it";
@@ -86,10 +80,6 @@ Fared fared(Row row, const ChildResult& result) {
   return engine;
 }
 
-double time_of(const Case& which, const Row& row) {
-  return which.time_is_mean ? row.us_per_tick.mean_us : row.us_per_tick.median_us;
-}
-
 /// One for several runs of the same.
 Fared middle_of(const Case& which, std::vector<Fared> runs) {
   for (const Fared& run : runs) {
@@ -97,7 +87,7 @@ Fared middle_of(const Case& which, std::vector<Fared> runs) {
   }
   double error = 0;
   for (const Fared& run : runs) error = worse(error, run.row.error);
-  std::ranges::sort(runs, {}, [&](const Fared& run) { return time_of(which, run.row); });
+  std::ranges::sort(runs, {}, [&](const Fared& run) { return time_us(which, run.row); });
   Fared middle = runs[(runs.size() - 1) / 2];
   middle.row.error = error;
   return middle;
@@ -105,18 +95,20 @@ Fared middle_of(const Case& which, std::vector<Fared> runs) {
 
 }  // namespace
 
-double SideBySide::time_us(const Fared& engine) const { return time_of(*which, engine.row); }
+double time_us(const Case& which, const Row& row) {
+  return which.time_is_mean ? row.us_per_tick.mean_us : row.us_per_tick.median_us;
+}
 
 std::optional<double> SideBySide::ratio(const Fared& engine) const {
   if (!engine.is_ok() || !engines.front().is_ok()) return std::nullopt;
-  return time_us(engines.front()) / time_us(engine);
+  return time_us(*which, engines.front().row) / time_us(*which, engine.row);
 }
 
 bool is_for_peers(const Case& which) { return which.name != "T4m" && which.name != "T4p"; }
 
-Row run_peer(const PeerLibrary& library, const Case& which, const Options& options,
+Row run_peer(const PeerLibrary& library, const Case& which, Scene scene, const Options& options,
              const PeerSettings& settings) {
-  const Scene scene = scene_with(which, options);
+  if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
   const std::unique_ptr<Peer> peer = make_peer(library, scene, settings);
   Row row = watch(which, scene,
                   {[&] { peer->step(); },
@@ -125,39 +117,39 @@ Row run_peer(const PeerLibrary& library, const Case& which, const Options& optio
                      for (std::size_t i = 0; i < scene.bodies.size(); ++i)
                        states.push_back(peer->state(i));
                    }});
-  const Row head = peer_row(library, which, scene, settings);
+  const Row head = peer_row(library, which, scene, options, settings);
   row.engine = head.engine;
   row.method = head.method;
   row.sub_steps = head.sub_steps;
   return row;
 }
 
-Fared try_run(const Case& which, const Options& options) {
-  const Scene scene = scene_with(which, options);
-  Row row = row_of(which, scene);
+Fared try_run(const Case& which, const Scene& scene, const Options& options) {
+  Row row = row_of(which, scene, options);
   row.engine = "cradle";
   row.method = options.method.value_or(scene.settings.solver);
   row.sub_steps = options.sub_steps.value_or(scene.settings.sub_steps);
   row.threads = options.threads;
   row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
-  return fared(std::move(row), in_child([&] { return packed(run(which, options)); }));
+  return fared(std::move(row), in_child([&] { return packed(run(which, scene, options)); }));
 }
 
-Fared try_peer(const PeerLibrary& library, const Case& which, const Options& options,
-               const PeerSettings& settings) {
-  return fared(peer_row(library, which, scene_with(which, options), settings),
-               in_child([&] { return packed(run_peer(library, which, options, settings)); }));
+Fared try_peer(const PeerLibrary& library, const Case& which, const Scene& scene,
+               const Options& options, const PeerSettings& settings) {
+  return fared(peer_row(library, which, scene, options, settings), in_child([&] {
+                 return packed(run_peer(library, which, scene, options, settings));
+               }));
 }
 
-SideBySide compare(const Case& which, const Options& options,
+SideBySide compare(const Case& which, const Scene& scene, const Options& options,
                    std::span<const PeerLibrary> libraries, int rounds) {
   std::vector<std::vector<Fared>> runs(1 + libraries.size());
   for (int round = 0; round < rounds; ++round) {
-    runs[0].push_back(try_run(which, options));
+    runs[0].push_back(try_run(which, scene, options));
     for (std::size_t i = 0; i < libraries.size(); ++i) {
       // What fails once fails for good; do not wait for it again.
       if (!runs[i + 1].empty() && !runs[i + 1].back().is_ok()) continue;
-      runs[i + 1].push_back(try_peer(libraries[i], which, options));
+      runs[i + 1].push_back(try_peer(libraries[i], which, scene, options));
     }
   }
   SideBySide result{&which, {}};

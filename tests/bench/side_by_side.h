@@ -12,6 +12,9 @@
 
 namespace cradle::bench {
 
+/// The time that engines are compared by, us a tick.
+double time_us(const Case& which, const Row& row);
+
 /// How an engine fared.
 struct Fared {
   Row row;              ///< of the run with the median time, and the worst error of all runs; an
@@ -24,8 +27,6 @@ struct SideBySide {
   const Case* which = nullptr;
   std::vector<Fared> engines;  ///< Cradle first, then the libraries
 
-  /// The time that engines are compared by, us a tick.
-  double time_us(const Fared& engine) const;
   /// Cradle's time over that of the engine; none if one of them failed.
   std::optional<double> ratio(const Fared& engine) const;
 };
@@ -34,19 +35,17 @@ struct SideBySide {
 /// plane.
 bool is_for_peers(const Case& which);
 
-/// One run of one peer, in this process. The scene and dt are those of `run`. Throws what
-/// load_scene does, and PeerError.
-Row run_peer(const PeerLibrary& library, const Case& which, const Options& options,
+/// One run of one peer, in this process. Of the options it takes `dt_s` alone. Throws PeerError.
+Row run_peer(const PeerLibrary& library, const Case& which, Scene scene, const Options& options,
              const PeerSettings& settings = {});
 
-/// `run` and `run_peer` in a process of their own. Failures are outcomes; throws what load_scene
-/// does.
-Fared try_run(const Case& which, const Options& options);
-Fared try_peer(const PeerLibrary& library, const Case& which, const Options& options,
-               const PeerSettings& settings = {});
+/// `run` and `run_peer` in a process of their own. Failures are outcomes.
+Fared try_run(const Case& which, const Scene& scene, const Options& options);
+Fared try_peer(const PeerLibrary& library, const Case& which, const Scene& scene,
+               const Options& options, const PeerSettings& settings = {});
 
-/// Rounds, in each of which every engine runs once. Of the options, the peers take `dt_s` alone.
-SideBySide compare(const Case& which, const Options& options,
+/// Rounds, in each of which every engine runs once. `scene` is mostly that of the case.
+SideBySide compare(const Case& which, const Scene& scene, const Options& options,
                    std::span<const PeerLibrary> libraries, int rounds = 3);
 
 /// As a table: a line a case. As CSV: a line an engine, with the columns of `header`, and after

@@ -30,7 +30,7 @@ std::string table_line(const SideBySide& result) {
   std::vector<std::string> cells{std::string(result.which->name)};
   const auto text = [&](const auto& value) { return text_of(value, Format::table); };
   for (const Fared& engine : result.engines) {
-    cells.push_back(engine.is_ok() ? text(result.time_us(engine)) : "-");
+    cells.push_back(engine.is_ok() ? text(time_us(*result.which, engine.row)) : "-");
     cells.push_back(engine.is_ok() ? text(engine.row.error) : word(engine.outcome));
     if (&engine != &result.engines.front()) cells.push_back(text(result.ratio(engine)));
   }

@@ -18,7 +18,7 @@ std::vector<PeerLibrary> libraries_here() {
 }
 
 double error_of(const PeerLibrary& library, const char* which, const PeerSettings& settings = {}) {
-  return run_peer(library, *find_case(which), {}, settings).error;
+  return run_peer(library, *find_case(which), scene_of(*find_case(which)), {}, settings).error;
 }
 
 /// Where the scene's bodies are after two seconds.

@@ -76,7 +76,7 @@ TEST_CASE("what a child returns comes back whole, and how it ends otherwise is t
 TEST_CASE("a peer that crashes or has no such shape is a row, and the others go on") {
   const std::vector<PeerLibrary> libraries{library_of<Crashing>(), library_of<Refusing>(),
                                            library_of<Still>()};
-  const SideBySide result = compare(*find_case("A1"), {}, libraries, 1);
+  const SideBySide result = compare(*find_case("A1"), scene_of(*find_case("A1")), {}, libraries, 1);
   REQUIRE(result.engines.size() == 4);
   CHECK(result.engines[0].is_ok());
   CHECK(result.engines[0].row.error < 1e-9);
@@ -88,11 +88,13 @@ TEST_CASE("a peer that crashes or has no such shape is a row, and the others go 
   // What stays at the origin is farthest from (10 t, 0, 50 t - 9.81 t^2 / 2) at t = 5.5.
   CHECK(result.engines[3].row.error == Approx(138.06).epsilon(1e-4));
   CHECK(result.ratio(result.engines[3]).value() ==
-        Approx(result.time_us(result.engines[0]) / result.time_us(result.engines[3])));
+        Approx(time_us(*result.which, result.engines[0].row) /
+               time_us(*result.which, result.engines[3].row)));
 }
 
 TEST_CASE("a peer whose numbers are none has the error NaN, not none") {
-  const SideBySide result = compare(*find_case("A1"), {}, std::vector{library_of<Lost>()}, 3);
+  const SideBySide result =
+      compare(*find_case("A1"), scene_of(*find_case("A1")), {}, std::vector{library_of<Lost>()}, 3);
   CHECK(result.engines[1].is_ok());
   CHECK(std::isnan(result.engines[1].row.error));
   CHECK(peers_lines(Format::table, result).find(" nan ") != std::string::npos);
@@ -100,7 +102,8 @@ TEST_CASE("a peer whose numbers are none has the error NaN, not none") {
 
 TEST_CASE("a comparison is a line of the table, and of CSV a line an engine") {
   const std::vector<PeerLibrary> libraries{library_of<Still>(), library_of<Crashing>()};
-  const SideBySide result = compare(*find_case("A12"), {}, libraries, 1);
+  const SideBySide result =
+      compare(*find_case("A12"), scene_of(*find_case("A12")), {}, libraries, 1);
 
   const std::string header = peers_header(Format::csv, libraries);
   const std::string csv = peers_lines(Format::csv, result);
@@ -120,7 +123,8 @@ TEST_CASE("a comparison is a line of the table, and of CSV a line an engine") {
 
 TEST_CASE("of three runs the middle one is told, with the worst error of all") {
   // Every run is a process of its own: what differs between them is the time.
-  const SideBySide result = compare(*find_case("A9"), {}, std::vector{library_of<Still>()}, 3);
+  const SideBySide result = compare(*find_case("A9"), scene_of(*find_case("A9")), {},
+                                    std::vector{library_of<Still>()}, 3);
   CHECK(result.engines[0].row.hash == run(*find_case("A9"), {}).hash);
   CHECK(result.engines[0].row.error == run(*find_case("A9"), {}).error);
   CHECK(result.engines[1].row.error == 1);  // the sphere that came stands: (1, 0, 0, 0, 0) stays 0

@@ -1,0 +1,151 @@
+#include "tests/bench/engine_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+
+#include "tests/bench/plot.h"
+
+namespace cradle::bench {
+namespace {
+
+constexpr std::array<double, 4> kErrors{1e-2, 1e-3, 1e-4, 1e-6};
+// The edges of a diagram.
+constexpr double kLeast = 1e-12, kMost = 1e2;
+
+constexpr std::initializer_list<int> kSubSteps{4, 8, 16, 32, 64};
+constexpr std::initializer_list<int> kIterations{10, 20, 50, 100, 300};
+constexpr std::initializer_list<int> kStepsATick{1, 2, 4, 8, 16};
+
+template <class Run>
+EngineCurve curve(const Case& which, std::string engine, std::string unit,
+                  std::initializer_list<int> settings, int settings_max, Run run) {
+  EngineCurve made{std::move(engine), std::move(unit), {}};
+  for (const int setting : settings) {
+    if (setting > settings_max) break;
+    const Fared fared = run(setting);
+    made.points.push_back({setting, time_us(which, fared.row), fared.row.error, fared.outcome});
+  }
+  return made;
+}
+
+double shown(double error) { return std::isnan(error) ? kMost : std::clamp(error, kLeast, kMost); }
+
+std::string script(const Case& which, std::span<const EngineCurve> curves) {
+  const std::string name(which.name);
+  std::string text =
+      "set terminal svg size 720,420 font 'sans,12' background 'white'\n"
+      "set output '" +
+      name + ".svg'\nset logscale xy\nset format '10^{%T}'\nset grid\nset key outside right top\n" +
+      formatted("set yrange [%g:%g]\n", kLeast, kMost) + "set title '" + name + ": " +
+      std::string(which.about) + "'\nset ylabel 'error: " + std::string(which.error_kind) +
+      "; at the upper edge: that or more, or nan'\nset xlabel 'us a tick'\nplot \\\n";
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    text += "  '" + name + ".dat' index " + std::to_string(i) +
+            " using 2:4 with linespoints title '" + curves[i].engine + ", " + curves[i].unit + "'" +
+            (i + 1 < curves.size() ? ", \\\n" : "\n");
+  }
+  return text;
+}
+
+/// The cheapest that is good enough, of all curves of the engine.
+std::string cheapest_cell(std::span<const EngineCurve> curves, const std::string& engine,
+                          double error) {
+  const EngineCurve* best = nullptr;
+  const EnginePoint* point = nullptr;
+  for (const EngineCurve& one : curves) {
+    if (one.engine != engine) continue;
+    for (const EnginePoint& candidate : one.points) {
+      if (!(candidate.error <= error) || (point != nullptr && candidate.us >= point->us)) continue;
+      best = &one;
+      point = &candidate;
+    }
+  }
+  if (point == nullptr) return " none |";
+  return " " + std::to_string(point->setting) + " " + best->unit +
+         formatted(point->us < 10 ? ": %.1f µs |" : ": %.0f µs |", point->us);
+}
+
+}  // namespace
+
+std::vector<const Case*> engine_cases() {
+  return {find_case("T3"), find_case("A4"), find_case("A7"), find_case("A8a"), find_case("A8b")};
+}
+
+std::vector<EngineCurve> sweep_engines(const Case& which, std::span<const PeerLibrary> libraries,
+                                       int settings_max) {
+  const Scene scene = scene_of(which);
+  std::vector<EngineCurve> curves;
+  curves.push_back(curve(which, "cradle", "sub-steps", kSubSteps, settings_max, [&](int setting) {
+    Options options;
+    options.sub_steps = setting;
+    return try_run(which, scene, options);
+  }));
+  for (const PeerLibrary& library : libraries) {
+    const std::string name(library.name);
+    curves.push_back(curve(which, name, "iterations", kIterations, settings_max, [&](int setting) {
+      return try_peer(library, which, scene, {}, {setting, 1});
+    }));
+    curves.push_back(
+        curve(which, name, "steps a tick", kStepsATick, settings_max, [&](int setting) {
+          return try_peer(library, which, scene, {}, {0, setting});
+        }));
+  }
+  std::erase_if(curves, [](const EngineCurve& one) { return one.points.empty(); });
+  return curves;
+}
+
+std::string data_text(std::span<const EngineCurve> curves) {
+  std::string text;
+  for (const EngineCurve& one : curves) {
+    text += (text.empty() ? "# " : "\n\n# ") + one.engine + ": " + one.unit + " us error shown\n";
+    for (const EnginePoint& p : one.points) {
+      const double error = std::isfinite(p.error) ? p.error : std::nan("");
+      if (p.outcome != "ok") text += "# " + std::to_string(p.setting) + " " + p.outcome + "\n";
+      text += formatted("%d %.4g %.6g %.6g\n", p.setting, std::abs(p.us), std::abs(error),
+                        shown(p.error));
+    }
+  }
+  return text;
+}
+
+std::string engine_table_head() {
+  std::string head = "| case, kind of error | engine |", line = "\n|---|---|";
+  for (const double error : kErrors) {
+    head += formatted(" %.0e |", error);
+    line += "---|";
+  }
+  return head + line + '\n';
+}
+
+std::string engine_table_lines(const Case& which, std::span<const EngineCurve> curves) {
+  std::string text;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const std::string& engine = curves[i].engine;
+    if (i > 0 && curves[i - 1].engine == engine) continue;  // both of its curves are in one line
+    text += "| " + std::string(which.name) + " " + std::string(which.error_kind) + " | " + engine +
+            " |";
+    for (const double error : kErrors) text += cheapest_cell(curves, engine, error);
+    text += '\n';
+  }
+  return text;
+}
+
+void write_engine_report(const std::string& folder_name, std::span<const PeerLibrary> libraries,
+                         int settings_max) {
+  const std::filesystem::path folder(folder_name);
+  std::filesystem::create_directories(folder);
+  std::string table = engine_table_head();
+  for (const Case* which : engine_cases()) {
+    const std::vector<EngineCurve> curves = sweep_engines(*which, libraries, settings_max);
+    const std::string name(which->name);
+    write_file(folder / (name + ".dat"), data_text(curves));
+    write_file(folder / (name + ".gp"), script(*which, curves));
+    table += engine_table_lines(*which, curves);
+  }
+  write_file(folder / "engines.md", table);
+  for (const Case* which : engine_cases()) plot(folder, std::string(which->name));
+}
+
+}  // namespace cradle::bench

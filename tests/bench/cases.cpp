@@ -59,6 +59,16 @@ constexpr Case kCases[] = {
      "kinetic energy, relative", "216 elastic spheres in a closed box"},
     {"A12", "bench_overlap.toml", 1, kTenTicks_s, parting_speed, "max speed, m/s",
      "two cubes that overlap by half"},
+    {"S1", "bench_rolling.toml", 4, kTenTicks_s, pushed_from_under, "mean square, (m/s)^2",
+     "SimBenchmark: a box pulled from under spheres"},
+    {"S1t", "bench_rolling_turned.toml", 4, kTenTicks_s, pushed_from_under, "mean square, (m/s)^2",
+     "the same at 60 degrees"},
+    {"S2", "bench_bouncing_balls.toml", 20, kTenTicks_s, mean_square_energy_change,
+     "mean square of the energy's change, J^2", "SimBenchmark: 49 elastic spheres bounce"},
+    {"S3", "bench_666.toml", 10, kTenTicks_s, mean_square_overlap, "mean square of overlaps, m^2",
+     "SimBenchmark: a lattice of spheres falls apart"},
+    {"S4", "bench_666_elastic.toml", 10, kTenTicks_s, mean_square_energy_change,
+     "mean square of the energy's change, J^2", "SimBenchmark: the same, elastic, from 1 m"},
 };
 
 }  // namespace

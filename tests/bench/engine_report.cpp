@@ -37,10 +37,13 @@ std::string script(const Case& which, std::span<const EngineCurve> curves) {
   std::string text =
       "set terminal svg size 720,420 font 'sans,12' background 'white'\n"
       "set output '" +
-      name + ".svg'\nset logscale xy\nset format '10^{%T}'\nset grid\nset key outside right top\n" +
+      name +
+      ".svg'\nset logscale xy\nset format '10^{%T}'\nset grid\nset key outside right top\nset "
+      "colorsequence podo\n" +
       formatted("set yrange [%g:%g]\n", kLeast, kMost) + "set title '" + name + ": " +
-      std::string(which.about) + "'\nset ylabel 'error: " + std::string(which.error_kind) +
-      "; at the upper edge: that or more, or nan'\nset xlabel 'us a tick'\nplot \\\n";
+      std::string(which.about) +
+      " (upper edge: that or more, or nan)'\nset ylabel 'error: " + std::string(which.error_kind) +
+      "'\nset xlabel 'us a tick'\nplot \\\n";
   for (std::size_t i = 0; i < curves.size(); ++i) {
     text += "  '" + name + ".dat' index " + std::to_string(i) +
             " using 2:4 with linespoints title '" + curves[i].engine + ", " + curves[i].unit + "'" +

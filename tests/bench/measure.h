@@ -74,4 +74,9 @@ std::unique_ptr<Measure> cradle_speeds(const Scene& scene);
 std::unique_ptr<Measure> passage_through_wall(const Scene& scene);
 std::unique_ptr<Measure> parting_speed(const Scene& scene);
 
+// simbenchmark.cpp
+std::unique_ptr<Measure> pushed_from_under(const Scene& scene);
+std::unique_ptr<Measure> mean_square_energy_change(const Scene& scene);
+std::unique_ptr<Measure> mean_square_overlap(const Scene& scene);
+
 }  // namespace cradle::bench

@@ -172,7 +172,7 @@ Penetration PenetrationCheck::look(std::span<const BodyState> states) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!is_finite(states[i])) {
       constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-      return {nan, nan, 0};
+      return {nan, nan, 0, nan};
     }
     poses_[i] = {to_eigen(states[i].p_WBo), to_eigen(states[i].q_WB).toRotationMatrix()};
   }
@@ -184,6 +184,7 @@ Penetration PenetrationCheck::look(std::span<const BodyState> states) {
     if (depth <= 0) return;
     found.max_m = std::max(found.max_m, depth);
     sum += depth;
+    found.squares_m2 += depth * depth;
     ++found.pairs;
   });
   if (found.pairs > 0) found.mean_m = sum / static_cast<double>(found.pairs);

@@ -18,6 +18,7 @@ struct Penetration {
   double max_m = 0;   ///< NaN if a pose is not finite
   double mean_m = 0;  ///< over the pairs
   std::int64_t pairs = 0;
+  double squares_m2 = 0;  ///< their sum; NaN likewise
 };
 
 /// The shortest way that parts two shapes, m; negative: they are apart by at least that much.

@@ -15,7 +15,8 @@ TEST_CASE("the scenes of the table have the bodies that they should have") {
       {"T4p", 100'000}, {"T5", 3000}, {"A1", 1},    {"A2", 1},       {"A3", 1},
       {"A3e", 1},       {"A4", 1},    {"A5", 1},    {"A5t", 1},      {"A6a", 1},
       {"A6b", 1},       {"A7", 20},   {"A8a", 2},   {"A8b", 11},     {"A9", 5},
-      {"A9b", 5},       {"A10", 1},   {"A11", 216}, {"A12", 2}};
+      {"A9b", 5},       {"A10", 1},   {"A11", 216}, {"A12", 2},      {"S1", 26},
+      {"S1t", 26},      {"S2", 49},   {"S3", 216},  {"S4", 216}};
   CHECK(cases().size() == expected.size());
   for (const Case& one : cases()) {
     INFO(one.name);

@@ -15,6 +15,7 @@ constexpr std::array<double, 4> kErrors{1e-2, 1e-3, 1e-4, 1e-6};
 constexpr double kLeast = 1e-12, kMost = 1e2;
 
 constexpr std::initializer_list<int> kSubSteps{4, 8, 16, 32, 64};
+constexpr std::initializer_list<int> kTolerances_um{5000, 500, 50, 5};
 constexpr std::initializer_list<int> kIterations{10, 20, 50, 100, 300};
 constexpr std::initializer_list<int> kStepsATick{1, 2, 4, 8, 16};
 
@@ -23,7 +24,7 @@ EngineCurve curve(const Case& which, std::string engine, std::string unit,
                   std::initializer_list<int> settings, int settings_max, Run run) {
   EngineCurve made{std::move(engine), std::move(unit), {}};
   for (const int setting : settings) {
-    if (setting > settings_max) break;
+    if (setting > settings_max) continue;
     const Fared fared = run(setting);
     made.points.push_back({setting, time_us(which, fared.row), fared.row.error, fared.outcome});
   }
@@ -35,6 +36,7 @@ double shown(double error) { return std::isnan(error) ? kMost : std::clamp(error
 std::string script(const Case& which, std::span<const EngineCurve> curves) {
   const std::string name(which.name);
   std::string text =
+      "set encoding utf8\n"
       "set terminal svg size 720,420 font 'sans,12' background 'white'\n"
       "set output '" +
       name +
@@ -85,6 +87,13 @@ std::vector<EngineCurve> sweep_engines(const Case& which, std::span<const PeerLi
     options.sub_steps = setting;
     return try_run(which, scene, options);
   }));
+  curves.push_back(
+      curve(which, "cradle", "µm of tolerance", kTolerances_um, settings_max, [&](int setting) {
+        Scene stated = scene;
+        stated.settings.sub_steps = 0;
+        stated.settings.contact_tolerance_m = 1e-6 * setting;
+        return try_run(which, stated, {});
+      }));
   for (const PeerLibrary& library : libraries) {
     const std::string name(library.name);
     curves.push_back(curve(which, name, "iterations", kIterations, settings_max, [&](int setting) {

@@ -20,14 +20,15 @@ struct EnginePoint {
 };
 struct EngineCurve {
   std::string engine;
-  std::string unit;  ///< of the setting: "sub-steps", "iterations", "steps a tick"
+  std::string unit;  ///< of the setting: "sub-steps", "iterations", "steps a tick", ...
   std::vector<EnginePoint> points;
 };
 
-/// Cradle with 4 to 64 sub-steps; each library with more iterations, and with more steps a tick.
-/// Every run in a process of its own. Settings above `settings_max` are left out.
+/// Cradle with 4 to 64 sub-steps, and with stated tolerances; each library with more iterations,
+/// and with more steps a tick. Every run in a process of its own. Settings above `settings_max` are
+/// left out.
 std::vector<EngineCurve> sweep_engines(const Case& which, std::span<const PeerLibrary> libraries,
-                                       int settings_max = 300);
+                                       int settings_max = 5000);
 
 /// A curve is a block of lines "setting us error shown", two empty lines between blocks. Shown is
 /// the error, kept within the diagram: what is not a number stands at its upper edge.
@@ -40,6 +41,6 @@ std::string engine_table_lines(const Case& which, std::span<const EngineCurve> c
 /// Makes the folder and in it, for each case, NAME.dat, NAME.gp and NAME.svg; and engines.md.
 /// Throws as write_precision_report does.
 void write_engine_report(const std::string& folder, std::span<const PeerLibrary> libraries,
-                         int settings_max = 300);
+                         int settings_max = 5000);
 
 }  // namespace cradle::bench

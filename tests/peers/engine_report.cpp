@@ -47,11 +47,12 @@ std::string text_of(const std::filesystem::path& path) {
 TEST_CASE("each way to spend more is a curve, and steps a tick let a box stop where it must") {
   const std::vector<PeerLibrary> libraries = libraries_here();
   const auto curves = sweep_engines(*find_case("A4"), libraries, 10);
-  REQUIRE(curves.size() == 1 + 2 * libraries.size());
+  REQUIRE(curves.size() == 2 + 2 * libraries.size());
   CHECK(curves[0].engine == "cradle");
   CHECK(curves[0].points.size() == 2);  // 4 and 8 sub-steps
+  CHECK(curves[1].points.size() == 1);  // 5 um
   for (std::size_t i = 0; i < libraries.size(); ++i) {
-    const EngineCurve &iterations = curves[1 + 2 * i], &steps = curves[2 + 2 * i];
+    const EngineCurve &iterations = curves[2 + 2 * i], &steps = curves[3 + 2 * i];
     INFO(iterations.engine);
     CHECK(iterations.unit == "iterations");
     REQUIRE(iterations.points.size() == 1);

@@ -90,13 +90,40 @@ FeatureContact deepest_point(const ConvexPair& pair, const SupportFeature& A,
   return {{p_A_F.x(), p_A_F.y(), s}, p_A_F.z() + pair.A.radius + 0.5 * s, 0};
 }
 
+/// At most how far a point is outside of a box or hull; of other shapes it is not known.
+double outside(const ConvexShape& shape, const Vector& p) {
+  if (shape.kind == ShapeKind::box) return (p.cwiseAbs() - shape.size).maxCoeff();
+  if (shape.kind != ShapeKind::hull) return kInfinity;
+  double most = -kInfinity;
+  const ConvexHull& hull = *shape.hull;
+  for (std::size_t f = 0; f < hull.face_count(); ++f) {
+    most = std::max(most, hull.normals[f].dot(p) - hull.offsets[f]);
+  }
+  return most;
+}
+
+/// Removes guesses that are not true: points outside of both bodies by more than they tell.
+void remove_wrong_guesses(const ConvexPair& pair, const Matrix& T, double slack,
+                          FeatureContacts& contacts) {
+  const auto is_wrong = [&](const FeatureContact& c) {
+    if (!c.is_guess) return false;
+    const Vector p = T.transpose() * Vector(c.p.x(), c.p.y(), c.height);
+    const double reach = std::abs(c.p.z()) + slack;
+    return outside(pair.A, p) > reach || outside(pair.B, pair.R.transpose() * (p - pair.t)) > reach;
+  };
+  const auto used = contacts.used();
+  contacts.count -=
+      static_cast<std::size_t>(used.end() - std::remove_if(used.begin(), used.end(), is_wrong));
+}
+
 /// The points of the manifold, in F: the deepest has the separation s, none is deeper.
 void find_contacts(const ConvexPair& pair, const SupportFeature& A, const SupportFeature& B,
-                   const Vector& p_A_F, double s, FeatureContacts& contacts) {
+                   const Matrix& T, const Vector& p_A, double s, FeatureContacts& contacts) {
   const double scale = std::min(
       1.0, std::min(pair.A.thickness, pair.B.thickness) / kTolerances.nominal_half_extent_m);
   const double slack = scale * kTolerances.clip_slack_m;
   overlap_features(A, B, slack, contacts);
+  remove_wrong_guesses(pair, T, slack, contacts);
 
   FeatureContact* deepest = nullptr;
   for (FeatureContact& c : contacts.used()) {
@@ -106,7 +133,7 @@ void find_contacts(const ConvexPair& pair, const SupportFeature& A, const Suppor
   if (deepest != nullptr && deepest->p.z() < s + scale * kTolerances.witness_m) {
     deepest->p.z() = s;
   } else {
-    contacts.items[contacts.count++] = deepest_point(pair, A, B, p_A_F, s);
+    contacts.items[contacts.count++] = deepest_point(pair, A, B, T * p_A, s);
   }
 }
 
@@ -150,7 +177,7 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
     keep_highest(B, -1);
   }
   FeatureContacts contacts;
-  find_contacts(pair, A, B, T * least.p_A, s, contacts);
+  find_contacts(pair, A, B, T, least.p_A, s, contacts);
 
   const auto end = std::remove_if(contacts.used().begin(), contacts.used().end(),
                                   [&](const FeatureContact& c) { return !(c.p.z() <= margin); });

@@ -8,7 +8,9 @@
 // Cost: 60 .. 100 ns for a corner.
 #include "server/collision/expanding_polytope.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cradle {
 namespace {
@@ -16,6 +18,9 @@ namespace {
 /// A sine: what is flatter has no normal to speak of.
 constexpr double kFlat = 1e-10;
 constexpr double kLevel = 1e-14;  // of the coordinates
+
+/// A face whose normal and distance differ by less from those of a face of M is a part of it.
+constexpr double kOnePlane = 1e-5, kOnePlane_m = 1e-10;
 
 }  // namespace
 
@@ -126,15 +131,38 @@ bool ExpandingPolytope::expand(int from, const Difference& corner) {
   return true;
 }
 
+std::array<double, 3> ExpandingPolytope::weights_at_foot(const Face& face) const {
+  const Vector &a = corners_[face.corners[0]].w, &b = corners_[face.corners[1]].w,
+               &c = corners_[face.corners[2]].w;
+  const double w_a = face.n.dot(b.cross(c)), w_b = face.n.dot(c.cross(a)),
+               w_c = face.n.dot(a.cross(b));
+  const double sum = w_a + w_b + w_c;  // twice the area
+  return {w_a / sum, w_b / sum, w_c / sum};
+}
+
+int ExpandingPolytope::face_at_foot(const Vector& n, double distance) const {
+  // Removed faces count, too: their corners are in M, and that is all that is asked of them.
+  int best = -1;
+  double inside = -std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f < face_count_ && inside < 0; ++f) {
+    if (std::abs(faces_[f].distance - distance) > kOnePlane_m) continue;
+    if ((faces_[f].n - n).squaredNorm() > kOnePlane * kOnePlane) continue;
+    const double inside_here = std::ranges::min(weights_at_foot(faces_[f]));
+    if (inside_here > inside) best = static_cast<int>(f), inside = inside_here;
+  }
+  return best;
+}
+
 Vector ExpandingPolytope::foot_on_A(const Face& face) const {
-  const Difference &a = corners_[face.corners[0]], &b = corners_[face.corners[1]],
-                   &c = corners_[face.corners[2]];
-  const double w_a = std::max(0.0, face.n.dot(b.w.cross(c.w)));
-  const double w_b = std::max(0.0, face.n.dot(c.w.cross(a.w)));
-  const double w_c = std::max(0.0, face.n.dot(a.w.cross(b.w)));
-  const double sum = w_a + w_b + w_c;
-  if (!(sum > 0)) return a.a;
-  return (w_a * a.a + w_b * b.a + w_c * c.a) / sum;
+  const std::array<double, 3> weights = weights_at_foot(face);
+  double sum = 0;
+  Vector foot = Vector::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double w = std::max(0.0, weights[k]);
+    sum += w;
+    foot += w * corners_[face.corners[k]].a;
+  }
+  return foot / sum;
 }
 
 }  // namespace cradle

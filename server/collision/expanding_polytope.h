@@ -31,6 +31,9 @@ class ExpandingPolytope {
   /// makes a face of it flat; then the polytope is of no more use.
   bool expand(int f, const Difference& corner);
 
+  /// Of a face of M, which the polytope has in triangles: the triangle with the foot of the origin,
+  /// or nearest to it. -1: it has none of it.
+  int face_at_foot(const Vector& n, double distance) const;
   /// The point of A at the foot of the origin on the face; clamped to the face.
   Vector foot_on_A(const Face& face) const;
   std::array<Difference, 3> corners_of(const Face& face) const {
@@ -46,6 +49,8 @@ class ExpandingPolytope {
     std::uint8_t face, side;  // of the face that stays
   };
 
+  /// Of a face's corners in the foot of the origin: below zero where it is beyond an edge.
+  std::array<double, 3> weights_at_foot(const Face& face) const;
   bool make_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);
   void join(std::uint8_t f, std::uint8_t side, std::uint8_t g, std::uint8_t other_side) {
     faces_[f].across[side] = g;

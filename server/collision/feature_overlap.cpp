@@ -6,11 +6,12 @@
 // both faces, so the separation is least at one of these corners, and exact there: the contact of
 // two edges is where they cross, and needs no case of its own.
 // Two lines touch where they cross; where they are nearly parallel, at the ends of what they have
-// in common, too, less what their surfaces fall away to the side.
+// in common, too, less what round surfaces fall away to the side.
 #include "server/collision/feature_overlap.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "server/collision/tolerances.h"
 
@@ -20,6 +21,9 @@ namespace {
 constexpr int kMost = SupportFeature::kCornersMax;
 /// Sine of the angle between two lines up to which they are tried as parallel ones.
 constexpr double kNearlyParallel = 0.1;
+/// m. An end of an edge that is as near to a side as this is where the edge crosses it: closest
+/// points put corners there but for rounding, which may not decide whether there are one or two.
+constexpr double kAtSide_m = 1e-9;
 /// m. Two ends that are no farther apart than the crossing but for this do without it.
 constexpr double kAsDeep_m = 1e-9;
 
@@ -117,10 +121,10 @@ class Clipper {
       const double d0 = outside_[k][s], d1 = outside_[next][s];
       if (d0 > slack_ && d1 > slack_) return;
       if (d0 > slack_) {
-        const double t = std::min(1.0, d0 / (d0 - d1));
+        const double t = d1 > -kAtSide_m ? 1 : d0 / (d0 - d1);
         if (t > enter) enter = t, enter_side = s;
       } else if (d1 > slack_) {
-        const double t = std::max(0.0, d0 / (d0 - d1));
+        const double t = d0 > -kAtSide_m ? 0 : d0 / (d0 - d1);
         if (t < leave) leave = t, leave_side = s;
       }
     }
@@ -154,6 +158,43 @@ double fall(double roundness, double distance) {
   return roundness - std::sqrt(roundness * roundness - distance * distance);
 }
 
+/// The ends of two nearly parallel lines that lie beside the other line.
+struct LineEnds {
+  const SupportFeature &A, &B;
+  const double slack;
+  FeatureContacts& contacts;
+  int count = 0;
+  double shallowest = -std::numeric_limits<double>::infinity();  ///< of their separations, m
+
+  void add(bool of_B, std::size_t end) {
+    const SupportFeature &line = of_B ? B : A, &other = of_B ? A : B;
+    const Vector& p = line.corners[end];
+    const Vector along = other.corners[1] - other.corners[0];
+    const double t =
+        (p - other.corners[0]).head<2>().dot(along.head<2>()) / along.head<2>().squaredNorm();
+    if (!(t >= 0 && t <= 1)) return;
+    const Vector q = other.corners[0] + along * t;
+    // Between the lines, where both surfaces together have fallen away least.
+    const double r_p = line.roundness[end];
+    const double r_q = std::lerp(other.roundness[0], other.roundness[1], t);
+    const bool is_sharp = r_p + r_q == 0;
+    const double share = is_sharp ? 0.5 : r_p / (r_p + r_q);
+    const double distance = (q - p).head<2>().norm();
+    if (!is_sharp && distance > r_p + r_q) return;
+    const Vector place = p + share * (q - p);
+    if (of_B && contacts.any_within(slack, place.x(), place.y())) return;
+    const double fall_p = fall(r_p, share * distance);
+    const double fall_q = fall(r_q, (1 - share) * distance);
+    const double z_A = of_B ? q.z() - fall_q : p.z() - fall_p;
+    const double z_B = of_B ? p.z() + fall_p : q.z() + fall_q;
+    contacts.add(place.x(), place.y(), z_A, z_B, name_corner(of_B, line.corner_names[end]));
+    contacts.used().back().is_guess =
+        is_sharp && 0.5 * (q - p).norm() > std::abs(z_B - z_A) + slack;
+    shallowest = std::max(shallowest, z_B - z_A);
+    ++count;
+  }
+};
+
 void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slack,
                    FeatureContacts& contacts) {
   const Vector a = A.corners[1] - A.corners[0], b = B.corners[1] - B.corners[0];
@@ -178,29 +219,11 @@ void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slac
   const double z_B = B.corners[0].z() + b.z() * crossing_B;
 
   if (sine < kNearlyParallel) {
-    bool as_deep = true;
-    int ends = 0;
-    const auto add_end = [&](const SupportFeature& line, std::size_t end,
-                             const SupportFeature& other, bool of_B) {
-      const Vector& p = line.corners[end];
-      const Vector along = other.corners[1] - other.corners[0];
-      const double t =
-          (p - other.corners[0]).head<2>().dot(along.head<2>()) / along.head<2>().squaredNorm();
-      if (!(t >= 0 && t <= 1)) return;
-      const Vector q = other.corners[0] + along * t;
-      const Vector middle = 0.5 * (p + q);
-      if (of_B && contacts.any_within(slack, middle.x(), middle.y())) return;
-      const double beside = 0.5 * (q - p).head<2>().norm();
-      const double drop = fall(line.roundness, beside) + fall(other.roundness, beside);
-      const double z_low = of_B ? q.z() : p.z(), z_high = of_B ? p.z() : q.z();
-      contacts.add(middle.x(), middle.y(), z_low - 0.5 * drop, z_high + 0.5 * drop,
-                   name_corner(of_B, line.corner_names[end]));
-      as_deep = as_deep && z_high - z_low + drop <= z_B - z_A + kAsDeep_m;
-      ++ends;
-    };
-    for (const std::size_t end : {std::size_t{0}, std::size_t{1}}) add_end(A, end, B, false);
-    for (const std::size_t end : {std::size_t{0}, std::size_t{1}}) add_end(B, end, A, true);
-    if (ends >= 2 && as_deep) return;
+    LineEnds ends{A, B, slack, contacts};
+    for (const bool of_B : {false, true}) {
+      for (const std::size_t end : {std::size_t{0}, std::size_t{1}}) ends.add(of_B, end);
+    }
+    if (ends.count >= 2 && ends.shallowest <= z_B - z_A + kAsDeep_m) return;
   }
   if (!has_crossing) return;
   const Vector p = A.corners[0] + a * crossing_A;

@@ -15,6 +15,9 @@ struct FeatureContact {
   Vector p;       ///< x, y across the normal; z: the separation, m
   double height;  ///< of the point midway between the surfaces along z, m
   std::uint32_t name;
+  /// Between two sharp edges, which are taken to fall away by 45 degrees, but so far from both that
+  /// it may be outside of the bodies by more than its separation tells.
+  bool is_guess = false;
 };
 
 /// At most two for each edge of one feature and one for each corner of the other.

@@ -132,33 +132,28 @@ bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportH
   const bool has_begun = simplex.count == 4 && polytope.begin(simplex.corners);
   if (!has_begun && !begin_anywhere(pair, hints, polytope)) return false;
   best = {true, Vector::Zero(), kInfinity, Vector::Zero()};
-  int of_best = -1;
   for (;;) {
     const int f = polytope.nearest(best.overlap - kSure_m);
-    if (f < 0) {
-      if (lead_wanted > 0) {
-        best.lead = lead_over_others(pair, polytope, best, lead_wanted, hints);
-        if (!(best.lead > 0)) best.lead = -1;
-        if (of_best >= 0) best.sine = edge_sine(polytope.corners_of(polytope.face(of_best)));
-      }
-      return true;
-    }
+    if (f < 0) break;
     const ExpandingPolytope::Face& face = polytope.face(f);
     const Difference next = support(pair, face.n, hints);
     const double overlap = face.n.dot(next.w);
-    const bool is_surface = overlap - face.distance <= kSure_m;
-    if (overlap < best.overlap) {
-      best.n = face.n;
-      best.overlap = overlap;
-      best.p_A = is_surface ? polytope.foot_on_A(face) : next.a;
-      of_best = f;
-    }
-    if (is_surface) {
+    if (overlap < best.overlap) best.n = face.n, best.overlap = overlap, best.p_A = next.a;
+    if (overlap - face.distance <= kSure_m) {
       polytope.close(f);
     } else if (!polytope.expand(f, next)) {
       return false;
     }
   }
+  // Not the face that told the direction: two edges make a parallelogram of M, which is two here.
+  const int at_foot = polytope.face_at_foot(best.n, best.overlap);
+  if (at_foot >= 0) best.p_A = polytope.foot_on_A(polytope.face(at_foot));
+  if (lead_wanted > 0) {
+    best.lead = lead_over_others(pair, polytope, best, lead_wanted, hints);
+    if (!(best.lead > 0) || at_foot < 0) best.lead = -1;
+    if (at_foot >= 0) best.sine = edge_sine(polytope.corners_of(polytope.face(at_foot)));
+  }
+  return true;
 }
 
 LeastOverlap of_polytopes(const ConvexPair& pair, double limit, double lead_wanted,

@@ -63,7 +63,8 @@ SupportFeature point(const Vector& p, std::uint32_t name) {
 }
 
 /// The line between two points; only its farther end if it is steep.
-SupportFeature line(const Vector& lower, const Vector& upper, double roundness, const Vector& d) {
+SupportFeature line(const Vector& lower, const Vector& upper,
+                    const std::array<double, 2>& roundness, const Vector& d) {
   const Vector along = upper - lower;
   const double rise = along.dot(d);
   if (std::abs(rise) > kSteep * along.norm()) {
@@ -77,12 +78,11 @@ SupportFeature line(const Vector& lower, const Vector& upper, double roundness, 
 }
 
 /// The side line of a body of revolution, toward d.
-SupportFeature side(double r_lower, double r_upper, double half_length, double roundness,
-                    const Vector& d) {
+SupportFeature side(double r_lower, double r_upper, double half_length, const Vector& d) {
   const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
   const double ex = across > 0 ? d.x() / across : 1, ey = across > 0 ? d.y() / across : 0;
   return line({r_lower * ex, r_lower * ey, -half_length}, {r_upper * ex, r_upper * ey, half_length},
-              roundness, d);
+              {r_lower, r_upper}, d);
 }
 
 SupportFeature box_face(const Vector& h, const Vector& d) {
@@ -179,7 +179,7 @@ SupportFeature cone_feature(double r, double h, const Vector& d) {
   // The outward normal of the side, toward d, is (2 h, r) in (across, z), but for its length.
   const double along_side = (2 * h * across + r * d.z()) / std::sqrt(4 * h * h + r * r);
   if (-d.z() > along_side) return disc(r, -h, -1, d);
-  return side(r, 0, h, 0.5 * r, d);
+  return side(r, 0, h, d);
 }
 
 }  // namespace
@@ -191,10 +191,10 @@ SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::i
       return box_face(shape.size, d);
     case ShapeKind::capsule:
       if (std::abs(d.z()) > kLying) return point({0, 0, d.z() > 0 ? h : -h}, d.z() > 0);
-      return line({0, 0, -h}, {0, 0, h}, r, d);
+      return line({0, 0, -h}, {0, 0, h}, {r, r}, d);
     case ShapeKind::cylinder:
       if (std::abs(d.z()) > kLying) return disc(r, d.z() > 0 ? h : -h, d.z() > 0 ? 1 : -1, d);
-      return side(r, r, h, r, d);
+      return side(r, r, h, d);
     case ShapeKind::cone:
       return cone_feature(r, h, d);
     case ShapeKind::hull: {

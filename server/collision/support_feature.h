@@ -18,9 +18,9 @@ struct SupportFeature {
   std::array<std::uint32_t, kCornersMax> corner_names;  ///< 15 bits
   std::array<std::uint32_t, kCornersMax> edge_names;    ///< from a corner to the next; 15 bits
   Vector normal = Vector::Zero();                       ///< of a face: unit, outward
-  /// Of an edge: the radius of what it is a line of, m, so that beside the line the surface falls
-  /// away as a circle does; 0: a sharp edge.
-  double roundness = 0;
+  /// Of an edge, at its two ends: the radius of what it is a line of, m, so that beside the line
+  /// the surface falls away as a circle does; 0: sharp.
+  std::array<double, 2> roundness = {0, 0};
   bool is_round = false;  ///< a face whose edges are chords of a disc
 
   void add(const Vector& p, std::uint32_t corner, std::uint32_t edge) {

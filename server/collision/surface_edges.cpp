@@ -253,6 +253,7 @@ bool SurfaceContactFinder::add_edge_or_vertex(const SurfaceTriangle& t, Touch& t
                          touch.is_in_wedge, key, s});
   };
   for (const FeatureContact& point : points.used()) {
+    if (point.is_guess) continue;
     emit({point.p.x(), point.p.y(), point.height}, point.p.z(), point.name);
   }
   const Vector half(0, 0, 0.5 * s);

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <memory>
 #include <system_error>
 
@@ -138,6 +139,7 @@ bool in_child(Work work) {
   if (child == 0) {
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
+    for (const int end : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS}) signal(end, SIG_DFL);
     if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) dup2(nowhere, 2);
     work();
     _exit(0);

@@ -26,7 +26,7 @@ class RandomPoses {
   }
   Matrix rotation() {
     Rotation q;
-    do q = Rotation(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    do q = Rotation{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
     while (q.norm() > 1 || q.norm() < 0.1);
     return q.normalized().toRotationMatrix();
   }

@@ -79,15 +79,20 @@ TEST_CASE("Bullet's EPA says what our manifolds say, but for local minima") {
     CAPTURE(word_of(kind_A), word_of(kind_B));
     const bool is_exact = is_polytope(kind_A) && is_polytope(kind_B);
     Verdicts verdicts;
-    int silent = 0;
+    int silent = 0, apart = 0;
     for (const Pair& pair : sunk_pairs(random, kind_A, kind_B, 0.01, kPoses)) {
       const auto theirs = ask_bullet(pair);
       const Manifold ours = pair.collide(1e-3);
+      if (!theirs && bench::parting(pair).overlap < 0) {  // nothing to tell: passed through
+        ++apart;
+        REQUIRE(deepest(ours) < 0);
+        continue;
+      }
       silent += !theirs;
       if (theirs && ours.count > 0)
         judge(verdicts, pair, ours, *theirs, is_exact ? 1e-9 : 1e-4, 1e-2);
     }
-    CAPTURE(verdicts, silent);
+    CAPTURE(verdicts, silent, apart);
     CHECK(verdicts.asked + silent > kPoses * 9 / 10);
     CHECK(silent <= kPoses / 20);
     CHECK(verdicts.inconsistent <= kPoses / 50);  // its EPA ran out of steps

@@ -75,7 +75,7 @@ TEST_CASE("ODE's boxes have our normals and depths, but for ODE's and our leads 
 
 TEST_CASE("of boxes at rest, our points are some of ODE's") {
   Random random(52);
-  int flush = 0;
+  int flush = 0, missed = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     CAPTURE(trial);
     const Solid A = Shape::box({random.uniform(0.3, 1), random.uniform(0.3, 1), 0.4});
@@ -87,6 +87,14 @@ TEST_CASE("of boxes at rest, our points are some of ODE's") {
     const Pair pair{A, B, X, {X.x + X.R * above, X.R * turn}};
     const OdeAnswer answer = ask_ode(pair);
     const Manifold ours = pair.collide(1e-3);
+    if (answer.points.empty()) {
+      // Axes across two edges that are parallel but for rounding now and then look apart to it. No
+      // direction at all is.
+      REQUIRE(least_overlap_of_polytopes(pair) == Approx(depth).margin(kExact));
+      REQUIRE(deepest(ours) == Approx(depth).margin(kExact));
+      ++missed;
+      continue;
+    }
     REQUIRE((ours.normal_W - answer.deepest.n).norm() < kAngle);
     REQUIRE(deepest(ours) == Approx(answer.deepest.depth).margin(kExact));
     REQUIRE(ours.count == std::min<int>(4, static_cast<int>(answer.points.size())));
@@ -98,5 +106,6 @@ TEST_CASE("of boxes at rest, our points are some of ODE's") {
     }
     ++flush;
   }
-  CHECK(flush == 2000);
+  CHECK(flush + missed == 2000);
+  CHECK(missed <= 6);  // 12 in 40 000: more than six in 2000 would be one draw of a million
 }

@@ -240,6 +240,7 @@ Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
   };
   const auto meet_faces = [&] {
     Manifold manifold = clip(on_A);
+    const double bears = manifold.lead;
     manifold.lead = -1;
     if (counts(manifold, on_A)) {
       const double over_faces = on_A ? std::min(face_A.s - face_A.next, face_A.s + bias - face_B.s)
@@ -250,7 +251,7 @@ Manifold box_box(const Collider& box_A, const Collider& box_B, double margin) {
                                ? -1
                                : inside_face(on_A ? box_A : box_B, on_A ? face_A.axis : face_B.axis,
                                              deepest(manifold)->p_W);
-      manifold.lead = std::min({over_faces, over_edges, stays});
+      manifold.lead = std::min({over_faces, over_edges, stays, bears});
       return manifold;
     }
     if (std::abs(face_A.s - face_B.s) <= bias) {

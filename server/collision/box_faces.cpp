@@ -24,6 +24,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "server/collision/four_points.h"
@@ -32,6 +33,7 @@
 namespace cradle {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kSides = 4;
 // Of a quadrilateral's corners, in order. (No C arrays: g++ 12 with -fsanitize=bounds misreads an
 // index inside a shift.)
@@ -42,14 +44,19 @@ constexpr std::array<double, kSides> kSignY = {1, 1, -1, -1};
 struct Candidate {
   Vector p;  // z is the separation
   std::uint32_t feature;
+  double
+      inside;  // the incident face, m; of the incident box's own corners and edges without meaning
 };
 
 /// At most two points for each incident edge, and the four reference corners.
 struct Candidates {
   std::array<Candidate, 2 * kSides + kSides> items;
   std::size_t count = 0;
+  double steepness = 0;  // what a separation changes by at most as the features slide, m / m
 
-  void add(const Vector& p, std::uint32_t feature) { items[count++] = {p, feature}; }
+  void add(const Vector& p, std::uint32_t feature, double inside = kInfinity) {
+    items[count++] = {p, feature, inside};
+  }
 
   bool any_within(double distance, double x, double y) const {
     return std::ranges::any_of(std::span(items).first(count), [&](const Candidate& c) {
@@ -63,6 +70,10 @@ struct ReferenceFace {
   int x, y, z;                                 // axes of the box that are those of F
   double turn;                                 // of z: -1 on the lower side
   std::array<std::uint32_t, kSides> side_bit;  // of the sides x+, x-, y+, y-
+
+  double inside(const Vector& p) const {
+    return std::min(half_x - std::abs(p.x()), half_y - std::abs(p.y()));
+  }
 };
 
 struct IncidentFace {
@@ -138,41 +149,54 @@ void clip_edge(const IncidentFace& incident, std::size_t k, const ReferenceFace&
   for (; enters != 0; enters &= enters - 1) {
     const auto side = static_cast<std::uint32_t>(std::countr_zero(enters));
     const double t = std::min(1.0, at(side));
-    if (t > enter) enter = t, enter_side = face.side_bit[side];
+    if (t > enter) enter = t, enter_side = side;
   }
   for (; leaves != 0; leaves &= leaves - 1) {
     const auto side = static_cast<std::uint32_t>(std::countr_zero(leaves));
     const double t = std::max(0.0, at(side));
-    if (t < leave) leave = t, leave_side = face.side_bit[side];
+    if (t < leave) leave = t, leave_side = side;
   }
   const std::uint32_t from = incident.corner_bits[k], to = incident.corner_bits[next];
   const std::uint32_t edge = name_of(from & to, from | to) << 6;
+  const auto add_crossing = [&](double t, std::uint32_t side) {
+    candidates.add(p0 + (p1 - p0) * t, edge | face.side_bit[side]);
+    const double across = std::abs(incident.outside[next][side] - incident.outside[k][side]);
+    candidates.steepness = std::max(candidates.steepness, std::abs(p1.z() - p0.z()) / across);
+  };
   if (enter <= leave && enter < 1) {
     if (enter > 0) {
-      candidates.add(p0 + (p1 - p0) * enter, edge | enter_side);
+      add_crossing(enter, enter_side);
     } else {
       candidates.add(p0, name_of(from, from) << 6);
     }
   }
-  if (enter < leave && leave < 1) candidates.add(p0 + (p1 - p0) * leave, edge | leave_side);
+  if (enter < leave && leave < 1) add_crossing(leave, leave_side);
 }
 
-/// Adds the corners of the reference face that are inside the incident face, but for those with a
-/// candidate within `slack`: so a flush stack has four candidates, and need not be reduced.
+/// Adds the corners of the reference face that are inside the incident face, or up to `slack`
+/// outside (else boxes whose corners only just reach over each other lose all points at once), but
+/// for those with a candidate within `slack`: so a flush stack has four candidates, and need not be
+/// reduced.
 void add_reference_corners(const IncidentFace& incident, const ReferenceFace& face, double slack,
                            Candidates& candidates) {
   const Vector &c = incident.middle, &e = incident.half_x, &f = incident.half_y;
   const double inverse = 1 / (e.x() * f.y() - e.y() * f.x());
+  const double length_e = e.head<2>().norm(), length_f = f.head<2>().norm();
+  // Of the incident plane, by the normal e x f.
+  const double slope = std::abs(inverse) * e.cross(f).head<2>().norm();
   for (std::size_t k = 0; k < kSides; ++k) {
     const double x = kSignX[k] * face.half_x, y = kSignY[k] * face.half_y;
     const double a = ((x - c.x()) * f.y() - (y - c.y()) * f.x()) * inverse;
     const double b = ((y - c.y()) * e.x() - (x - c.x()) * e.y()) * inverse;
-    if (!(std::abs(a) < 1 && std::abs(b) < 1) || candidates.any_within(slack, x, y)) continue;
+    const double inside = std::min((1 - std::abs(a)) * length_e, (1 - std::abs(b)) * length_f);
+    if (!(inside > -slack) || candidates.any_within(slack, x, y)) continue;
     const std::uint32_t common = incident.corner_bits[0] & incident.corner_bits[2];
     const std::uint32_t any = incident.corner_bits[0] | incident.corner_bits[2];
     const std::uint32_t sides =
         face.side_bit[kSignX[k] > 0 ? 0 : 1] | face.side_bit[kSignY[k] > 0 ? 2 : 3];
-    candidates.add({x, y, c.z() + a * e.z() + b * f.z()}, name_of(common, any) << 6 | sides);
+    candidates.add({x, y, c.z() + a * e.z() + b * f.z()}, name_of(common, any) << 6 | sides,
+                   inside);
+    candidates.steepness = std::max(candidates.steepness, slope);
   }
 }
 
@@ -205,11 +229,14 @@ Manifold clip_faces(const FacingBoxes& boxes, int axis, std::uint32_t role, doub
   manifold.count = static_cast<int>(points.size());
   const auto number = static_cast<std::uint32_t>(2 * axis + (face.turn > 0 ? 1 : 0));
   const std::uint32_t face_name = (6 * role + number) << 12;
+  double inside = -slack;  // how far the points are from leaving the face, all of them
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;
+    inside = std::max(inside, std::min(points[k].inside, face.inside(p)));
     manifold.points[k] = {origin_W + x_W * p.x() + y_W * p.y() + z_W * (0.5 * p.z()), p.z(),
                           face_name | points[k].feature};
   }
+  manifold.lead = std::min(inside + slack, kTolerances.kept_slide_m / candidates.steepness);
   return manifold;
 }
 

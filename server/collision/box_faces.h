@@ -17,7 +17,8 @@ struct FacingBoxes {
 /// Where the incident box is over, or under, the face of the reference box along its axis `axis`
 /// that looks to it: up to four points closer than `margin` (m). A corner up to `slack` (m) outside
 /// the face counts as over it. `role` says which body is the reference: 0 for A, 1 for B; it is
-/// part of the features, and the normal goes from A to B in both.
+/// part of the features, and the normal goes from A to B in both. The manifold's lead is what the
+/// points bear: until all have left the face, or one has slid far.
 Manifold clip_faces(const FacingBoxes& boxes, int axis, std::uint32_t role, double margin,
                     double slack);
 

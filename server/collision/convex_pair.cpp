@@ -191,7 +191,7 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
   Manifold manifold;
   manifold.normal_W = R_WF.col(2);
   manifold.count = static_cast<int>(points.size());
-  manifold.lead = lead(pair, least);
+  manifold.lead = std::min(lead(pair, least), kTolerances.kept_slide_m / contacts.steepness);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;
     manifold.points[k] = {X_WA.x + R_WF * Vector(p.x(), p.y(), points[k].height), p.z(),

@@ -93,11 +93,14 @@ class Clipper {
   }
 
   void add_corners_of_reference(const Sides& incident) {
+    const Vector& n = incident_.normal;
+    const double slope = n.head<2>().norm() / std::abs(n.z());
     for (std::size_t k = 0; k < sides_.size(); ++k) {
       const Vector& p = sides_.face.corners[k];
       if (!incident.holds(p.x(), p.y()) || contacts_.any_within(slack_, p.x(), p.y())) continue;
       add(p.x(), p.y(), p.z(), incident.height(p.x(), p.y()),
           name_corner(!is_A_, sides_.face.corner_names[k]));
+      contacts_.steepness = std::max(contacts_.steepness, slope);
     }
   }
 
@@ -131,6 +134,8 @@ class Clipper {
     const Vector& p = incident_.corners[k];
     const Vector& q = incident_.corners[next];
     const auto crossing = [&](std::size_t side) {
+      const double across = std::abs(outside_[next][side] - outside_[k][side]);
+      contacts_.steepness = std::max(contacts_.steepness, std::abs(q.z() - p.z()) / across);
       const std::uint32_t mine = incident_.edge_names[k], other = sides_.face.edge_names[side];
       return is_A_ ? name_crossing(other, mine) : name_crossing(mine, other);
     };

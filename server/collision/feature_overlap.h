@@ -25,6 +25,7 @@ struct FeatureContacts {
   std::array<FeatureContact, 3 * SupportFeature::kCornersMax>
       items;  // not cleared: that takes time
   std::size_t count = 0;
+  double steepness = 0;  ///< what a separation changes by at most as the features slide, m / m
 
   void add(double x, double y, double z_A, double z_B, std::uint32_t name) {
     items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name};

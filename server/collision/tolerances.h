@@ -55,6 +55,10 @@ struct CollisionTolerances {
   /// Of the smaller body's reach, at most of 1 m. A manifold is made anew when its bodies have
   /// moved by more: by then its points have wandered by as much over the faces.
   double kept_motion = 1e-4;
+  /// m. Where an oblique edge crosses a side, or an oblique face is over a corner, a separation
+  /// changes by more than its bodies move. While both move by half a manifold's lead, by half of
+  /// this at most. Test: "kept manifolds are as good as fresh ones at default settings".
+  double kept_slide_m = 1e-4;
   /// m. A margin that has grown by less asks for no new manifold: the points that would come are
   /// that far from touching. Test of these two: "kept manifolds are as good as fresh ones".
   double kept_margin_m = 1e-3;

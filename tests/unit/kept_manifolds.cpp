@@ -201,12 +201,26 @@ Pair moved_by(const Pair& pair, double motion_m, double reach, RandomPoses& rand
 }  // namespace
 
 TEST_CASE("kept manifolds are as good as fresh ones") {
-  const auto [scene, ticks] = GENERATE(table<std::string, int>(
-      {{file("bench_pile.toml"), 600}, {file("bench_stack.toml"), 600}, {file("heap.toml"), 600}}));
+  // Shares of 100. Of the heap, balls and capsules among themselves never are, and how soon it
+  // settles is chance: 38 to 43 with six other seeds, with a standard deviation of 1.8.
+  const auto [scene, ticks, share] =
+      GENERATE(table<std::string, int, int>({{file("bench_pile.toml"), 600, 41},
+                                             {file("bench_stack.toml"), 600, 41},
+                                             {file("heap.toml"), 600, 34}}));
   CAPTURE(scene);
   const Findings found = follow(scene, ticks, 16);  // so that the stack stands
   CAPTURE(found.pairs, found.held);
-  CHECK(found.held > found.pairs / 100 * 41);  // balls and capsules among themselves never are
+  CHECK(found.held > found.pairs / 100 * share);
+  found.check();
+}
+
+TEST_CASE("kept manifolds are as good as fresh ones at default settings") {
+  const auto [scene, ticks] = GENERATE(
+      table<std::string, int>({{file("bench_pile.toml"), 900}, {file("bench_stack.toml"), 3600}}));
+  CAPTURE(scene);
+  const Findings found = follow(scene, ticks, 4);
+  CAPTURE(found.pairs, found.held);
+  CHECK(found.held > found.pairs / 100 * 41);
   found.check();
 }
 

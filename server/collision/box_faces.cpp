@@ -34,6 +34,8 @@ namespace cradle {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// m / m: a face so level raises no point by more than it may be off, however far that slides.
+constexpr double kLevel = 5e-5;
 constexpr std::size_t kSides = 4;
 // Of a quadrilateral's corners, in order. (No C arrays: g++ 12 with -fsanitize=bounds misreads an
 // index inside a shift.)
@@ -44,18 +46,17 @@ constexpr std::array<double, kSides> kSignY = {1, 1, -1, -1};
 struct Candidate {
   Vector p;  // z is the separation
   std::uint32_t feature;
-  double
-      inside;  // the incident face, m; of the incident box's own corners and edges without meaning
 };
 
 /// At most two points for each incident edge, and the four reference corners.
 struct Candidates {
   std::array<Candidate, 2 * kSides + kSides> items;
   std::size_t count = 0;
-  double steepness = 0;  // what a separation changes by at most as the features slide, m / m
+  double inside = -kInfinity;  // how far the one farthest inside is from leaving, m
 
-  void add(const Vector& p, std::uint32_t feature, double inside = kInfinity) {
-    items[count++] = {p, feature, inside};
+  void add(const Vector& p, std::uint32_t feature, double here) {
+    items[count++] = {p, feature};
+    inside = std::max(inside, here);
   }
 
   bool any_within(double distance, double x, double y) const {
@@ -78,6 +79,8 @@ struct ReferenceFace {
 
 struct IncidentFace {
   Vector middle, half_x, half_y;  // in F
+  double length_x, length_y;      // of the halves
+  double slope2;                  // of its plane, m / m, squared
   std::array<Vector, kSides> corners;
   std::array<std::uint32_t, kSides> corner_bits;
   // How far a corner is outside each side of the reference face, and outside which it is: a bit a
@@ -115,6 +118,10 @@ void make_incident(const FacingBoxes& boxes, const ReferenceFace& reference, dou
   face.middle.z() -= boxes.h_reference[reference.z];
   face.half_x = in_F(C.col(x)) * h[x];
   face.half_y = in_F(C.col(y)) * h[y];
+  face.length_x = h[x];
+  face.length_y = h[y];
+  const double up = C(reference.z, axis);
+  face.slope2 = 1 / (up * up) - 1;
   for (std::size_t k = 0; k < kSides; ++k) {
     Vector& p = face.corners[k];
     p = face.middle + face.half_x * kSignX[k] + face.half_y * kSignY[k];
@@ -149,28 +156,23 @@ void clip_edge(const IncidentFace& incident, std::size_t k, const ReferenceFace&
   for (; enters != 0; enters &= enters - 1) {
     const auto side = static_cast<std::uint32_t>(std::countr_zero(enters));
     const double t = std::min(1.0, at(side));
-    if (t > enter) enter = t, enter_side = side;
+    if (t > enter) enter = t, enter_side = face.side_bit[side];
   }
   for (; leaves != 0; leaves &= leaves - 1) {
     const auto side = static_cast<std::uint32_t>(std::countr_zero(leaves));
     const double t = std::max(0.0, at(side));
-    if (t < leave) leave = t, leave_side = side;
+    if (t < leave) leave = t, leave_side = face.side_bit[side];
   }
   const std::uint32_t from = incident.corner_bits[k], to = incident.corner_bits[next];
   const std::uint32_t edge = name_of(from & to, from | to) << 6;
-  const auto add_crossing = [&](double t, std::uint32_t side) {
-    candidates.add(p0 + (p1 - p0) * t, edge | face.side_bit[side]);
-    const double across = std::abs(incident.outside[next][side] - incident.outside[k][side]);
-    candidates.steepness = std::max(candidates.steepness, std::abs(p1.z() - p0.z()) / across);
-  };
   if (enter <= leave && enter < 1) {
     if (enter > 0) {
-      add_crossing(enter, enter_side);
+      candidates.add(p0 + (p1 - p0) * enter, edge | enter_side, 0);
     } else {
-      candidates.add(p0, name_of(from, from) << 6);
+      candidates.add(p0, name_of(from, from) << 6, face.inside(p0));
     }
   }
-  if (enter < leave && leave < 1) add_crossing(leave, leave_side);
+  if (enter < leave && leave < 1) candidates.add(p0 + (p1 - p0) * leave, edge | leave_side, 0);
 }
 
 /// Adds the corners of the reference face that are inside the incident face, or up to `slack`
@@ -181,14 +183,12 @@ void add_reference_corners(const IncidentFace& incident, const ReferenceFace& fa
                            Candidates& candidates) {
   const Vector &c = incident.middle, &e = incident.half_x, &f = incident.half_y;
   const double inverse = 1 / (e.x() * f.y() - e.y() * f.x());
-  const double length_e = e.head<2>().norm(), length_f = f.head<2>().norm();
-  // Of the incident plane, by the normal e x f.
-  const double slope = std::abs(inverse) * e.cross(f).head<2>().norm();
   for (std::size_t k = 0; k < kSides; ++k) {
     const double x = kSignX[k] * face.half_x, y = kSignY[k] * face.half_y;
     const double a = ((x - c.x()) * f.y() - (y - c.y()) * f.x()) * inverse;
     const double b = ((y - c.y()) * e.x() - (x - c.x()) * e.y()) * inverse;
-    const double inside = std::min((1 - std::abs(a)) * length_e, (1 - std::abs(b)) * length_f);
+    const double inside =
+        std::min((1 - std::abs(a)) * incident.length_x, (1 - std::abs(b)) * incident.length_y);
     if (!(inside > -slack) || candidates.any_within(slack, x, y)) continue;
     const std::uint32_t common = incident.corner_bits[0] & incident.corner_bits[2];
     const std::uint32_t any = incident.corner_bits[0] | incident.corner_bits[2];
@@ -196,8 +196,24 @@ void add_reference_corners(const IncidentFace& incident, const ReferenceFace& fa
         face.side_bit[kSignX[k] > 0 ? 0 : 1] | face.side_bit[kSignY[k] > 0 ? 2 : 3];
     candidates.add({x, y, c.z() + a * e.z() + b * f.z()}, name_of(common, any) << 6 | sides,
                    inside);
-    candidates.steepness = std::max(candidates.steepness, slope);
   }
+}
+
+/// What a separation changes by at most as features slide, m / m: corners of the reference face
+/// over the incident plane, and its edges over the sides.
+double steepness(const IncidentFace& incident, double slack) {
+  double most2 = incident.slope2;
+  if (most2 < kLevel * kLevel) return 0;
+  for (std::size_t k = 0; k < kSides; ++k) {
+    const std::size_t next = (k + 1) % kSides;
+    const double rise = incident.corners[next].z() - incident.corners[k].z();
+    for (std::size_t side = 0; side < kSides; ++side) {
+      const double d0 = incident.outside[k][side], d1 = incident.outside[next][side];
+      if ((d0 > slack) == (d1 > slack)) continue;
+      most2 = std::max(most2, rise * rise / ((d1 - d0) * (d1 - d0)));
+    }
+  }
+  return std::sqrt(most2);
 }
 
 }  // namespace
@@ -229,14 +245,13 @@ Manifold clip_faces(const FacingBoxes& boxes, int axis, std::uint32_t role, doub
   manifold.count = static_cast<int>(points.size());
   const auto number = static_cast<std::uint32_t>(2 * axis + (face.turn > 0 ? 1 : 0));
   const std::uint32_t face_name = (6 * role + number) << 12;
-  double inside = -slack;  // how far the points are from leaving the face, all of them
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;
-    inside = std::max(inside, std::min(points[k].inside, face.inside(p)));
     manifold.points[k] = {origin_W + x_W * p.x() + y_W * p.y() + z_W * (0.5 * p.z()), p.z(),
                           face_name | points[k].feature};
   }
-  manifold.lead = std::min(inside + slack, kTolerances.kept_slide_m / candidates.steepness);
+  manifold.lead =
+      std::min(candidates.inside + slack, kTolerances.kept_slide_m / steepness(incident, slack));
   return manifold;
 }
 

@@ -72,7 +72,11 @@ std::string* path_in(Config& values, const Setting& setting) {
 Faults add_file(const std::string& path, LoadedConfig& config) {
   TomlFile file(read_file(path), path, refuse_with<ConfigError>);
   const auto keys = all_keys();
+  const bool is_scene = file.root.contains("body") || file.root.contains("lattice");
   Faults faults = take_unknown_keys(file, keys);
+  if (is_scene) {
+    faults.emplace(0, path + ": is a scene, not a configuration: try cradled explain " + path);
+  }
   const TomlTable table(file, keys);
   for (const Setting& setting : settings()) {
     if (!table.has(setting.key)) continue;

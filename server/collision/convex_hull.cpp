@@ -36,17 +36,19 @@ std::pair<double, Vector> largest(std::span<const Vector> points, F&& f) {
 /// box must be counts as none.
 std::string flatness(std::span<const Vector> points) {
   const double least = limits::kSizeMin_m;
+  static_assert(limits::kSizeMin_m == 1e-4, "the text below says so");
+  constexpr const char* kWanted = "; a hull must be wider than 1e-4 m in every direction";
   const Vector a = points[0];
   const auto [length, b] = largest(points, [&](const Vector& p) { return (p - a).norm(); });
-  if (!(length > least)) return "the points are all at one place";
+  if (!(length > least)) return std::string("the points are all at one place") + kWanted;
   const Vector along = (b - a).normalized();
   const auto [width, c] =
       largest(points, [&](const Vector& p) { return along.cross(p - a).norm(); });
-  if (!(width > least)) return "the points are all on one line";
+  if (!(width > least)) return std::string("the points are all on one line") + kWanted;
   const Vector normal = along.cross(c - a).normalized();
   const double thickness =
       largest(points, [&](const Vector& p) { return std::abs(normal.dot(p - a)); }).first;
-  if (!(thickness > least)) return "the points are all in one plane";
+  if (!(thickness > least)) return std::string("the points are all in one plane") + kWanted;
   return {};
 }
 

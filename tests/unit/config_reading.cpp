@@ -82,6 +82,7 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
       {"\nword = 'w'", "cradled.toml:2: unknown key 'word'; did you mean 'world'?"},
       {"rate = 60", "cradled.toml:1: unknown key 'rate'; did you mean 'rate_hz'?"},
       {"[section]", "cradled.toml:1: unknown key 'section'; known here: world, lcm_url, "},
+      {"\n[[body]]", "cradled.toml: is a scene, not a configuration: try cradled explain "},
       {"\n\nthreads = 'two'", "cradled.toml:3: threads: must be an integer, not of type string"},
       {"world = ''", "cradled.toml:1: world: \"\" is not 1 to 24 letters"},
       {"world = 'a.b'", "cradled.toml:1: world: \"a.b\" is not 1 to 24 letters"},

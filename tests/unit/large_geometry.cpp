@@ -30,13 +30,14 @@ std::vector<Vector> plane_of_points(double thickness) {
 }  // namespace
 
 TEST_CASE("a million points in a plane have no hull, level or turned") {
+  const std::string wanted = "; a hull must be wider than 1e-4 m in every direction";
   std::vector<Vector> points = plane_of_points(0);
-  CHECK(make_hull(points).fault == "the points are all in one plane");
+  CHECK(make_hull(points).fault == "the points are all in one plane" + wanted);
   const Matrix turn = Random(92).rotation();
   for (Vector& p : points) p = turn * p + Vector(100, 200, 300);
-  CHECK(make_hull(points).fault == "the points are all in one plane");
+  CHECK(make_hull(points).fault == "the points are all in one plane" + wanted);
   for (Vector& p : points) p = Vector(p.x(), 2 * p.x(), 3 * p.x());
-  CHECK(make_hull(points).fault == "the points are all on one line");
+  CHECK(make_hull(points).fault == "the points are all on one line" + wanted);
 }
 
 TEST_CASE("a million points on the sides of a box are the box") {

@@ -469,7 +469,7 @@ TEST_CASE("what is no convex polygon is refused with a reason") {
   CHECK(fault({{0, 0}, {1, 0}, {0.2, 0.2}, {0, 1}}) ==
         "is not convex with its corners counter-clockwise");
   CHECK(fault({{0, 0}, {1, 0}, {2, 0}, {0, 1}}) ==
-        "is not convex with its corners counter-clockwise");
+        "has three corners on one line; leave out the one between the others");
   CHECK(fault({{0, 0}, {1, 0}, {1, 1e-5}, {0, 1}}) == "has an edge that is too short");
   CHECK(fault({{0, 0}, {1, 0}, {0.5, 1e-5}}) == "is too thin");
   CHECK(fault({{0, 0}, {1, 0}, {std::nan(""), 1}}) == "has a corner that is not finite");

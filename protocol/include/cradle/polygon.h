@@ -32,7 +32,10 @@ inline std::string_view polygon_fault(std::span<const Vec2> corners) {
       const Vec2& p = corners[(k + j) % n];
       // By more than rounding, so that an edge is not cut into two.
       const double beside = (ex * (p.y - a.y) - ey * (p.x - a.x)) / length;
-      if (!(beside > 1e-9 * length)) return "is not convex with its corners counter-clockwise";
+      if (std::abs(beside) <= 1e-9 * length) {
+        return "has three corners on one line; leave out the one between the others";
+      }
+      if (beside < 0) return "is not convex with its corners counter-clockwise";
       widest = std::fmax(widest, beside);
     }
     if (widest < limits::kSizeMin_m) return "is too thin";

@@ -1,6 +1,8 @@
 #include "tests/bench/fcl_oracle.h"
 
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/continuous_collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -113,6 +115,39 @@ FclAnswer answer_to(const Question& q, FclQuestion question) {
   return answer;
 }
 
+Geometry mesh_of(const ConvexHull& hull) {
+  auto mesh = std::make_unique<fcl::BVHModel<fcl::OBBRSSd>>();
+  mesh->beginModel();
+  for (std::size_t f = 0; f < hull.face_count(); ++f) {
+    const auto corner = [&](std::size_t k) -> const Vector& {
+      return hull.vertices[static_cast<std::size_t>(hull.face(f)[k])];
+    };
+    for (std::size_t k = 2; k < hull.face(f).size(); ++k) {
+      mesh->addTriangle(corner(0), corner(k - 1), corner(k));
+    }
+  }
+  mesh->endModel();
+  return mesh;
+}
+
+FclImpact impact(const Question& q, const Vector& travel, FclSearch search) {
+  fcl::ContinuousCollisionRequestd request;
+  request.ccd_motion_type = fcl::CCDM_TRANS;
+  request.ccd_solver_type =
+      search == FclSearch::samples ? fcl::CCDC_NAIVE : fcl::CCDC_CONSERVATIVE_ADVANCEMENT;
+  fcl::ContinuousCollisionResultd result;
+  fcl::Transform3d end = q.X_WB;
+  end.translation() += travel;
+  FclImpact found;
+  try {
+    fcl::continuousCollide(q.B.get(), q.X_WB, end, q.A.get(), q.X_WA, q.X_WA, request, result);
+    found = {FclAnswer::End::answered, result.is_collide, result.time_of_contact};
+  } catch (const std::exception&) {
+    found.end = FclAnswer::End::threw;
+  }
+  return found;
+}
+
 /// Memory that a child shares with us.
 template <class Item>
 class Shared {
@@ -148,6 +183,25 @@ bool in_child(Work work) {
   return waitpid(child, &status, 0) == child && status == 0;
 }
 
+/// `ask(k)` for each of `count`, where an answer is plain bytes; one of which a child dies stays
+/// as it is made.
+template <class Answer, class Ask>
+std::vector<Answer> ask_all(std::size_t count, Ask ask) {
+  const Shared<Answer> answers(count);
+  const Shared<std::size_t> done(1);
+  *done.get() = 0;
+  while (*done.get() < count) {
+    const bool has_ended = in_child([&] {
+      for (std::size_t& k = *done.get(); k < count; ++k) {
+        answers.get()[k] = Answer();
+        answers.get()[k] = ask(k);
+      }
+    });
+    if (!has_ended) ++*done.get();  // past what it died of
+  }
+  return {answers.get(), answers.get() + count};
+}
+
 }  // namespace
 
 bool can_ask_fcl(const Pair& pair, FclQuestion question) {
@@ -155,20 +209,17 @@ bool can_ask_fcl(const Pair& pair, FclQuestion question) {
 }
 
 std::vector<FclAnswer> ask_fcl(std::span<const Pair> pairs, FclQuestion question) {
-  // Plain bytes of an answer, with how many there are in the first.
-  const Shared<FclAnswer> answers(pairs.size());
-  const Shared<std::size_t> done(1);
-  *done.get() = 0;
-  while (*done.get() < pairs.size()) {
-    const bool has_ended = in_child([&] {
-      for (std::size_t& k = *done.get(); k < pairs.size(); ++k) {
-        answers.get()[k] = FclAnswer();
-        answers.get()[k] = answer_to(Question(pairs[k]), question);
-      }
-    });
-    if (!has_ended) ++*done.get();  // past what it died of
-  }
-  return {answers.get(), answers.get() + pairs.size()};
+  return ask_all<FclAnswer>(pairs.size(),
+                            [&](std::size_t k) { return answer_to(Question(pairs[k]), question); });
+}
+
+std::vector<FclImpact> ask_fcl_impacts(std::span<const Pair> pairs, const Vector& travel,
+                                       FclSearch search, bool as_mesh) {
+  return ask_all<FclImpact>(pairs.size(), [&](std::size_t k) {
+    Question q(pairs[k]);
+    if (as_mesh) q.A = mesh_of(pairs[k].A.hull());
+    return impact(q, travel, search);
+  });
 }
 
 std::optional<double> time_fcl(std::span<const Pair> pairs, FclQuestion question) {

@@ -313,15 +313,15 @@ bool from_wire(const wire::receipts_v1& w, Receipts& v) {
   return is_integer(w.epoch, 1) && list_from_wire(w.receipts, v.receipts);
 }
 
-wire::world_status_v1 to_wire(const WorldStatus& v) {
-  using wire::world_status_v1;
-  wire::world_status_v1 w{};
+wire::world_status_v2 to_wire(const WorldStatus& v) {
+  using wire::world_status_v2;
+  wire::world_status_v2 w{};
   w.protocol_version = v.protocol_version;
-  w.flags = (v.paused ? world_status_v1::PAUSED : 0) |
-            (v.lockstep ? world_status_v1::LOCKSTEP : 0) |
-            (v.overloaded ? world_status_v1::OVERLOADED : 0) |
-            (v.controllable ? world_status_v1::CONTROLLABLE : 0) |
-            (v.contested ? world_status_v1::CONTESTED : 0);
+  w.flags = (v.paused ? world_status_v2::PAUSED : 0) |
+            (v.lockstep ? world_status_v2::LOCKSTEP : 0) |
+            (v.overloaded ? world_status_v2::OVERLOADED : 0) |
+            (v.controllable ? world_status_v2::CONTROLLABLE : 0) |
+            (v.contested ? world_status_v2::CONTESTED : 0);
   w.epoch = v.epoch;
   w.tick = v.tick;
   w.tick_time_us = v.tick_time_us;
@@ -337,6 +337,10 @@ wire::world_status_v1 to_wire(const WorldStatus& v) {
   w.publish_us = v.publish_us;
   w.penetration_max_m = v.penetration_max_m;
   w.penetration_mean_m = v.penetration_mean_m;
+  w.islands = v.islands;
+  w.sub_steps_max = v.sub_steps_max;
+  w.sag_expected_m = v.sag_expected_m;
+  w.impacts = v.impacts;
   w.overruns = v.overruns;
   w.commands_applied = v.commands_applied;
   w.commands_refused = v.commands_refused;
@@ -350,17 +354,17 @@ wire::world_status_v1 to_wire(const WorldStatus& v) {
   put(v.name, w.name);
   return w;
 }
-bool from_wire(const wire::world_status_v1& w, WorldStatus& v) {
-  using wire::world_status_v1;
-  const int known = int{world_status_v1::PAUSED} + int{world_status_v1::LOCKSTEP} +
-                    int{world_status_v1::OVERLOADED} + int{world_status_v1::CONTROLLABLE} +
-                    int{world_status_v1::CONTESTED};
+bool from_wire(const wire::world_status_v2& w, WorldStatus& v) {
+  using wire::world_status_v2;
+  const int known = int{world_status_v2::PAUSED} + int{world_status_v2::LOCKSTEP} +
+                    int{world_status_v2::OVERLOADED} + int{world_status_v2::CONTROLLABLE} +
+                    int{world_status_v2::CONTESTED};
   v.protocol_version = w.protocol_version;
-  v.paused = (w.flags & world_status_v1::PAUSED) != 0;
-  v.lockstep = (w.flags & world_status_v1::LOCKSTEP) != 0;
-  v.overloaded = (w.flags & world_status_v1::OVERLOADED) != 0;
-  v.controllable = (w.flags & world_status_v1::CONTROLLABLE) != 0;
-  v.contested = (w.flags & world_status_v1::CONTESTED) != 0;
+  v.paused = (w.flags & world_status_v2::PAUSED) != 0;
+  v.lockstep = (w.flags & world_status_v2::LOCKSTEP) != 0;
+  v.overloaded = (w.flags & world_status_v2::OVERLOADED) != 0;
+  v.controllable = (w.flags & world_status_v2::CONTROLLABLE) != 0;
+  v.contested = (w.flags & world_status_v2::CONTESTED) != 0;
   v.epoch = w.epoch;
   v.tick = w.tick;
   v.tick_time_us = w.tick_time_us;
@@ -376,6 +380,10 @@ bool from_wire(const wire::world_status_v1& w, WorldStatus& v) {
   v.publish_us = w.publish_us;
   v.penetration_max_m = w.penetration_max_m;
   v.penetration_mean_m = w.penetration_mean_m;
+  v.islands = w.islands;
+  v.sub_steps_max = w.sub_steps_max;
+  v.sag_expected_m = w.sag_expected_m;
+  v.impacts = w.impacts;
   v.overruns = w.overruns;
   v.commands_applied = w.commands_applied;
   v.commands_refused = w.commands_refused;
@@ -399,6 +407,9 @@ bool from_wire(const wire::world_status_v1& w, WorldStatus& v) {
                                  w.datagrams_dropped,
                                  w.chunks_dropped,
                                  w.quarantined,
+                                 w.islands,
+                                 w.sub_steps_max,
+                                 w.impacts,
                                  w.state_port,
                                  w.datagram_bytes,
                                  w.receive_buffer_bytes};

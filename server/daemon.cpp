@@ -235,6 +235,9 @@ void Daemon::step(PhaseTimer& timer) {
   const bool were_passing = last_report_.surfaces_passing > 0;
   last_report_ = run_.step(*executor_, &timer);
   readings_.steps_unsolved += last_report_.unsolved;
+  readings_.impacts += last_report_.impacts;
+  readings_.impacts_ordered += last_report_.impacts_ordered;
+  readings_.impacts_spent += last_report_.impacts_spent;
   readings_.stopped_at_impact += last_report_.stopped_at_impact;
   readings_.impacts_unresolved += last_report_.impacts_unresolved;
   if (last_report_.springs_unconverged > 0) {
@@ -357,6 +360,10 @@ WorldStatus Daemon::status() {
   s.publish_us = times_.publish_us / ticks;
   s.penetration_max_m = last_report_.penetration_max_m;
   s.penetration_mean_m = last_report_.penetration_mean_m;
+  s.islands = last_report_.islands;
+  s.sub_steps_max = last_report_.sub_steps_max;
+  s.sag_expected_m = last_report_.sag_expected_m;
+  s.impacts = last_report_.impacts;
   s.overruns = pacer_.overruns();
   s.commands_applied = desk_.applied();
   s.commands_refused = desk_.refused();

@@ -122,6 +122,13 @@ void write_world(Page& page, const Readings& r) {
   page.counter("cradle_bodies_stopped_at_impact_total",
                "Times that a fast body lost the rest of a tick to what it would have passed.",
                r.stopped_at_impact);
+  page.counter("cradle_impacts_total", "Impacts of flying balls, each at its time.", r.impacts);
+  page.counter("cradle_impacts_ordered_total",
+               "Sets of impacts at once that were too large to be solved together.",
+               r.impacts_ordered);
+  page.counter("cradle_impacts_spent_total",
+               "Times that a ball had so many impacts that it lost the rest of a tick.",
+               r.impacts_spent);
   page.counter("cradle_impacts_unresolved_total",
                "Searches for a time of impact that ended early, and bodies that stayed for it.",
                r.impacts_unresolved);

@@ -146,6 +146,10 @@ void simulate(const SimulateOptions& options) {
     summary.penetration_max_m =
         std::max(summary.penetration_max_m, summary.last_step.penetration_max_m);
     summary.stopped_at_impact += summary.last_step.stopped_at_impact;
+    summary.impacts += summary.last_step.impacts;
+    summary.impacts_ordered += summary.last_step.impacts_ordered;
+    summary.impacts_spent += summary.last_step.impacts_spent;
+    summary.sub_steps_max = std::max(summary.sub_steps_max, summary.last_step.sub_steps_max);
     summary.impacts_unresolved += summary.last_step.impacts_unresolved;
     summary.crowded_max = std::max(summary.crowded_max, summary.last_step.crowded);
     summary.surfaces_passing_max =

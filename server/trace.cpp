@@ -113,6 +113,12 @@ std::string to_json(const Summary& s) {
   json.add("scheme", s.settings.scheme);
   json.add("dt_s", 1 / s.settings.rate_hz);
   json.add("sub_steps", s.settings.sub_steps);
+  json.add("contact_tolerance_m", s.settings.sub_steps > 0 ? 0 : s.settings.contact_tolerance_m);
+  json.add("sub_steps_max", s.sub_steps_max);
+  json.add("sag_expected_m", s.last_step.sag_expected_m);
+  json.add("impacts", s.impacts);
+  json.add("impacts_ordered", s.impacts_ordered);
+  json.add("impacts_spent", s.impacts_spent);
   json.add("threads", s.threads);
   json.add("ticks", s.ticks);
   json.add("wall_time_s", s.wall_time_s);

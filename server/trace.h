@@ -61,11 +61,13 @@ struct Summary {
   std::int64_t quarantined = 0;
   std::int64_t not_colliding = 0;  ///< bodies of shapes that do not collide yet
   StepReport last_step;
-  std::int64_t crowded_max = 0;         ///< StepReport::crowded, of all ticks
-  std::int64_t stopped_at_impact = 0;   ///< of StepReport, over all ticks
-  std::int64_t impacts_unresolved = 0;  ///< likewise
-  int surfaces_passing_max = 0;         ///< StepReport::surfaces_passing, of all ticks
-  double penetration_max_m = 0;         ///< of all ticks
+  std::int64_t crowded_max = 0;        ///< StepReport::crowded, of all ticks
+  std::int64_t stopped_at_impact = 0;  ///< of StepReport, over all ticks
+  std::int64_t impacts = 0, impacts_ordered = 0, impacts_spent = 0;  ///< likewise
+  int sub_steps_max = 0;                                             ///< of all ticks
+  std::int64_t impacts_unresolved = 0;                               ///< likewise
+  int surfaces_passing_max = 0;  ///< StepReport::surfaces_passing, of all ticks
+  double penetration_max_m = 0;  ///< of all ticks
   Totals totals;
   std::array<std::uint8_t, 8> hash{};
 };

@@ -45,6 +45,8 @@ std::string describe(const WorldStatus& s) {
                         wide(s.bodies), wide(s.contacts), wide(s.wrenches), wide(s.quarantined)));
   line("overlap", format("%.3f mm at most, %.3f mm mean", 1e3 * s.penetration_max_m,
                          1e3 * s.penetration_mean_m));
+  line("contacts", format("%lld islands, %d sub-steps at most, %.3f mm of sag expected, %d impacts",
+                          wide(s.islands), s.sub_steps_max, 1e3 * s.sag_expected_m, s.impacts));
   line("tick", format("%.0f us: apply %.0f, collide %.0f, solve %.0f, publish %.0f", tick_us,
                       s.apply_us, s.collide_us, s.solve_us, s.publish_us));
   line("clients", format("%lld, %lld commands applied, %lld refused", wide(s.clients),
@@ -86,6 +88,10 @@ std::string to_json(const WorldStatus& s) {
       {"publish_us", json_number(s.publish_us)},
       {"penetration_max_m", json_number(s.penetration_max_m)},
       {"penetration_mean_m", json_number(s.penetration_mean_m)},
+      {"islands", integer(s.islands)},
+      {"sub_steps_max", integer(s.sub_steps_max)},
+      {"sag_expected_m", json_number(s.sag_expected_m)},
+      {"impacts", integer(s.impacts)},
       {"overruns", integer(s.overruns)},
       {"commands_applied", integer(s.commands_applied)},
       {"commands_refused", integer(s.commands_refused)},

@@ -256,6 +256,9 @@ StepReport World::Steps::report(const State& s) {
   report.islands = s.solved.islands;
   report.sub_steps_max = s.solved.sub_steps_max;
   report.sag_expected_m = s.solved.sag_max_m;
+  report.impacts = s.balls.report.impacts;
+  report.impacts_ordered = s.balls.report.ordered + s.solved.impacts_ordered;
+  report.impacts_spent = s.balls.report.spent;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
   report.springs_unconverged = s.springs_unconverged;
   report.unsolved = static_cast<int>(std::count(s.unsolved.begin(), s.unsolved.end(), 1));

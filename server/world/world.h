@@ -41,6 +41,9 @@ struct StepReport {
   int islands = 0;              ///< groups of them that touch each other
   int sub_steps_max = 0;        ///< of an island
   double sag_expected_m = 0;    ///< how far the most loaded contact sinks in, where bodies rest
+  int impacts = 0;              ///< of flying balls; what is struck at once is one
+  int impacts_ordered = 0;      ///< sets of any bodies too large to be solved at once: in order
+  int impacts_spent = 0;        ///< balls with so many that they lost the rest of the tick
   int springs_unconverged = 0;  ///< parts of the tick that impulses did
   int unsolved = 0;             ///< bodies whose implicit scheme did not solve its equations
   std::string_view pairs_by;    ///< how pairs were found, in a word: BroadPhaseReport::method

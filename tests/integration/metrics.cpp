@@ -171,6 +171,9 @@ TEST_CASE("metrics say what clients did") {
   CHECK(page.at("cradle_bodies_crowded") == 0);
   CHECK(page.at("cradle_bodies_stopped_at_impact_total") == 0);
   CHECK(page.at("cradle_impacts_unresolved_total") == 0);
+  CHECK(page.at("cradle_impacts_total") >= 0);
+  CHECK(page.at("cradle_impacts_ordered_total") == 0);
+  CHECK(page.at("cradle_impacts_spent_total") == 0);
   CHECK(page.at("cradle_wrenches") == 1);
   CHECK(page.at("cradle_clients") == 1);
   CHECK(page.at("cradle_tick_period_seconds") == 1.0 / 60);

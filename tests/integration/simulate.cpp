@@ -112,7 +112,13 @@ TEST_CASE("a summary has every figure of the run") {
   CHECK(json_value(json, "version") == "\"0.1.0\"");
   CHECK(json_value(json, "solver") == "\"soft\"");
   CHECK(json_number(json, "dt_s") == 1.0 / 60);
-  CHECK(json_number(json, "sub_steps") == 4);
+  CHECK(json_number(json, "sub_steps") == 0);  // as many as the tolerance asks for
+  CHECK(json_number(json, "contact_tolerance_m") == 0.0005);
+  CHECK(json_number(json, "sub_steps_max") >= 4);
+  // The lowest contact carries ten cubes, at most half a millimetre deep, and nothing flies.
+  CHECK(json_number(json, "sag_expected_m") > 0.0002);
+  CHECK(json_number(json, "sag_expected_m") < 0.0005);
+  CHECK(json_number(json, "impacts") == 0);
   CHECK(json_number(json, "threads") == 1);
   CHECK(json_number(json, "ticks") == 60);
   CHECK(json_number(json, "bodies") == 11);
@@ -154,6 +160,7 @@ TEST_CASE(
       {scene("free_fall.toml"), "--duration", "0.999", "--dt", "0.02", "--substeps", "8"});
   CHECK(json_number(json, "dt_s") == 0.02);
   CHECK(json_number(json, "sub_steps") == 8);
+  CHECK(json_number(json, "contact_tolerance_m") == 0);
   CHECK(json_number(json, "ticks") == 50);
 }
 

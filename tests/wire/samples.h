@@ -203,13 +203,16 @@ class Samples {
     for (std::int64_t* count :
          {&s.tick, &s.tick_time_us, &s.bodies, &s.contacts, &s.clients, &s.wrenches, &s.overruns,
           &s.commands_applied, &s.commands_refused, &s.datagrams_rejected, &s.datagrams_dropped,
-          &s.chunks_dropped, &s.quarantined}) {
+          &s.chunks_dropped, &s.quarantined, &s.islands}) {
       *count = integer();
     }
-    for (double* value : {&s.rate_hz, &s.real_time_factor, &s.apply_us, &s.collide_us, &s.solve_us,
-                          &s.publish_us, &s.penetration_max_m, &s.penetration_mean_m}) {
+    for (double* value :
+         {&s.rate_hz, &s.real_time_factor, &s.apply_us, &s.collide_us, &s.solve_us, &s.publish_us,
+          &s.penetration_max_m, &s.penetration_mean_m, &s.sag_expected_m}) {
       *value = number();
     }
+    s.sub_steps_max = small_integer();
+    s.impacts = small_integer();
     s.state_port = small_integer();
     s.datagram_bytes = small_integer();
     s.receive_buffer_bytes = small_integer();

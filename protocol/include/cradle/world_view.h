@@ -32,6 +32,10 @@ struct WorldStatus {
   double publish_us = 0;
   double penetration_max_m = 0;
   double penetration_mean_m = 0;
+  std::int64_t islands = 0;  ///< groups of bodies in contact with each other, in the last tick
+  std::int32_t sub_steps_max = 0;  ///< of an island, in it
+  double sag_expected_m = 0;       ///< of the most loaded contact, by the loads that last
+  std::int32_t impacts = 0;        ///< of flying balls, in it
   std::int64_t overruns = 0;
   std::int64_t commands_applied = 0;
   std::int64_t commands_refused = 0;

@@ -12,7 +12,7 @@ namespace cradle {
 inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
 inline constexpr int kBlockPoints = 4;
 /// Of contacts with restitution: they do not slow down what comes (impacts.h).
-inline constexpr double kImpactHaste = 1e6;
+inline constexpr double kImpactHaste = 1e9;
 
 /// Eight manifolds side by side, which share no body that yields. Of points that are missing,
 /// masses and impulses are 0; so is everything in lanes without a manifold.

@@ -24,6 +24,7 @@ struct ContactReport {
   int islands = 0;
   int sub_steps_max = 0;            ///< of an island
   std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
+  int impacts_ordered = 0;          ///< sets too large to be solved at once: in their order
   double sag_max_m = 0;             ///< expected of loads that last, at these sub-steps
 };
 

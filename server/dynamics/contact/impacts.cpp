@@ -23,6 +23,9 @@ namespace {
 /// would touch within this part of the sub-step (an edge that lands nearly flush).
 constexpr double kTouching_m = 1e-5;
 constexpr double kTouchingTime = 0.01;
+/// m: what is left of a gap at a sub-step's end must be more than rounding, or soft contacts, which
+/// return nothing, take the impact ("a box that is struck off its middle").
+constexpr double kGrain_m = 1e-6;
 /// m/s: floor of the speed of impacts ("comes to rest").
 constexpr double kBounceSpeed = 1e-3;
 /// Sub-steps of the relative acceleration that are no impact but a contact at rest.
@@ -45,6 +48,7 @@ Eigen::Map<const Vector> angular(const BodyLine& line) {
 
 void Impacts::begin(std::span<ContactConstraint* const> constraints, const BodyLines& bodies) {
   points_.clear();
+  ordered_ = 0;
   for (ContactConstraint* c : constraints) {
     if (c->restitution == 0) continue;
     const std::int32_t a = bodies.line(c->a), b = bodies.line(c->b);
@@ -123,7 +127,7 @@ void Impacts::foresee(std::int32_t k, double now) {
   const double v = normal_velocity(point), pull = this->pull(point), least = slow(point);
   if (v + h_ * std::min(pull, 0.0) > -least) return;
   const double s = separation(point, 0);
-  if (s + h_ * (v + h_ * pull) > 0) return;
+  if (s + h_ * (v + h_ * pull) > kGrain_m) return;
   double t = now;
   if (s + now * v + 0.5 * now * now * pull > 0) {
     const double root2 = std::max(v * v - 2 * pull * s, 0.0);
@@ -139,6 +143,7 @@ void Impacts::strike_set(std::int32_t first, double t) {
   struck_.clear();
   set_.clear();
   take_point(first, t);
+  add_violated(t);  // at once, not one after the other: four corners of a face
   do {
     reflect_set();
   } while (add_violated(t));
@@ -253,6 +258,7 @@ void Impacts::reflect_set() {
 
 /// One after the other, until nothing approaches: energy is kept, symmetry is not.
 void Impacts::reflect_in_order() {
+  ++ordered_;
   bool has_changed = true;
   for (int sweep = 0; has_changed && sweep < 2 * kHitsMax; ++sweep) {
     has_changed = false;

@@ -17,6 +17,8 @@ class Impacts {
   /// Contacts with restitution alone take part.
   void begin(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
   bool is_empty() const { return points_.empty(); }
+  /// Sets since begin() with more contacts than are solved at once: one after the other.
+  int ordered() const { return ordered_; }
   /// At a sub-step's start, before its loads: bodies that will hit others in it get the velocities
   /// that they will have then, and the places from where these lead to where they will be.
   void strike(BodyLines& bodies, double h);
@@ -72,6 +74,7 @@ class Impacts {
 
   BodyLines* bodies_ = nullptr;
   double h_ = 0;
+  int ordered_ = 0;
   std::vector<Point> points_;
   std::vector<std::int32_t> first_, next_;  // points by line, linked: twice the point plus the side
   std::vector<int> hits_;                   // by line, in this tick

@@ -22,6 +22,8 @@ class SoftBatch {
   void advance(const ContactTick& tick, const BodyArrays& arrays,
                std::span<const Matrix> inverse_inertia_W,
                std::span<ContactConstraint* const> constraints);
+  /// Of the last call: sets of impacts at once that were too large to be solved together.
+  int impacts_ordered() const { return impacts_.ordered(); }
 
  private:
   void sort(std::span<ContactConstraint* const> constraints);

@@ -1,9 +1,9 @@
 // Which face or side two shapes leave each other by.
 //
 // Each shape has a few likely directions: its flat faces, and the line of its side, or the point of
-// an ellipsoid, that is nearest to the other's centre; two with axes also the common normal. Most
-// faces of hulls are passed over by a lower bound of their overlap: the other shape reaches behind
-// a face by the ball inside it at least, and by its point that was found last.
+// an ellipsoid, that is nearest to the other's centre. Most faces of hulls are passed over by a
+// lower bound of their overlap: the other shape reaches behind a face by the ball inside it at
+// least, and by its point that was found last.
 //
 // A face is certainly best if the deepest point behind it, at the depth d, lies r >= d inside its
 // sides. For then a disc of radius r around p = d n lies in a face of M, the set of all a - b, and
@@ -160,10 +160,6 @@ class BestDirection {
   Vector last_deepest_ = Vector::Zero();  ///< of the other shape, in the frame of the face
 };
 
-bool has_axis(const ConvexShape& shape) {
-  return shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::cylinder;
-}
-
 /// How far inside the sides of its flat face that looks along `n` a shape has the point `p`.
 double inside_face(const ConvexShape& shape, const Vector& n, std::int32_t face, const Vector& p) {
   switch (shape.kind) {
@@ -222,19 +218,22 @@ FaceDirection best_face(const ConvexPair& pair, SupportHints& hints) {
   best.try_axis(pair.centre);
   best.try_faces(pair.A, pair.centre + pair.A.centre, FaceDirection::Of::A);
   best.try_faces(pair.B, pair.R.transpose() * (pair.A.centre - pair.t), FaceDirection::Of::B);
-  if (has_axis(pair.A) && has_axis(pair.B)) best.try_axis(Vector::UnitZ().cross(pair.R.col(2)));
   if (!std::isfinite(best.best().overlap)) best.try_direction(Vector::UnitZ());
   return best.best();
+}
+
+double inside_face(const ConvexPair& pair, const FaceDirection& face) {
+  if (face.face_of == FaceDirection::Of::A) {
+    return inside_face(pair.A, face.n, face.face, face.deepest);
+  }
+  return inside_face(pair.B, -(pair.R.transpose() * face.n), face.face,
+                     pair.R.transpose() * (face.deepest - pair.t));
 }
 
 bool is_best(const ConvexPair& pair, const FaceDirection& face, double slack) {
   using Of = FaceDirection::Of;
   if (face.face_of == Of::nothing || !(face.overlap > 0)) return false;
-  const double inside = face.face_of == Of::A
-                            ? inside_face(pair.A, face.n, face.face, face.deepest)
-                            : inside_face(pair.B, -(pair.R.transpose() * face.n), face.face,
-                                          pair.R.transpose() * (face.deepest - pair.t));
-  const double d = face.overlap + slack, r = inside - slack;
+  const double d = face.overlap + slack, r = inside_face(pair, face) - slack;
   if (!(r >= d && face.overlap > slack)) return false;
   if (pair.has_flat()) return slack == 0 && is_certain(pair, face);
   // The ball's centre is `below` the disc's, as n goes, and `aside` of it.

@@ -22,6 +22,9 @@ struct FaceDirection : Direction {
 /// are compared, up to 256 each.
 FaceDirection best_face(const ConvexPair& pair, SupportHints& hints);
 
+/// m, how far inside the sides of its face what reaches deepest behind it is.
+double inside_face(const ConvexPair& pair, const FaceDirection& face);
+
 /// Whether the cores certainly overlap, and in that direction least; and, where neither is flat, do
 /// so until both have moved by `slack` (m) together.
 bool is_best(const ConvexPair& pair, const FaceDirection& face, double slack = 0);

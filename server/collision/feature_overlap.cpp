@@ -264,6 +264,12 @@ void keep_highest(SupportFeature& feature, double up) {
   for (std::size_t k = 1; k < count; ++k) {
     if (up * feature.corners[k].z() > up * feature.corners[top].z()) top = k;
   }
+  const auto keep_corner = [&] {
+    feature.corners[0] = feature.corners[top];
+    feature.corner_names[0] = feature.corner_names[top];
+    feature.count = 1;
+  };
+  if (feature.is_round) return keep_corner();
   // The edges at the top, and where they begin.
   const std::size_t begins[2] = {top, (top + count - 1) % count};
   double flattest = 1;
@@ -274,10 +280,8 @@ void keep_highest(SupportFeature& feature, double up) {
     if (slope2 < flattest) flattest = slope2, begin = k;
   }
   constexpr double kLevel2 = 1 - kTolerances.flush_cosine * kTolerances.flush_cosine;
-  if (flattest > kLevel2 || feature.is_round) {
-    feature.corners[0] = feature.corners[top];
-    feature.corner_names[0] = feature.corner_names[top];
-    feature.count = 1;
+  if (flattest > kLevel2) {
+    keep_corner();
   } else if (count > 2) {
     const std::size_t end = begin + 1 < count ? begin + 1 : 0;
     const Vector p = feature.corners[begin], q = feature.corners[end];

@@ -4,6 +4,8 @@
 // the overlap along n. If the cores are apart, the best n is that of the closest points. If they
 // overlap it is the unit vector with the least h: the nearest point of M's surface lies there.
 //
+// Boxes, capsules and cylinders among themselves: closed_overlap.cpp. The others here.
+//
 // Cores with corners only. Their distance by GJK; if they overlap, the tetrahedron it ends with
 // grows into M until its nearest face lies in M's surface: that is the least h, exactly.
 //
@@ -27,6 +29,7 @@
 #include <numbers>
 #include <span>
 
+#include "server/collision/closed_overlap.h"
 #include "server/collision/descent.h"
 #include "server/collision/expanding_polytope.h"
 #include "server/collision/lead.h"
@@ -298,6 +301,7 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
 
 LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints,
                            double lead_wanted) {
+  if (const auto found = closed_overlap(pair, limit, lead_wanted)) return *found;
   return is_polytope(pair.A) && is_polytope(pair.B) ? of_polytopes(pair, limit, lead_wanted, hints)
                                                     : of_curved(pair, limit, lead_wanted, hints);
 }

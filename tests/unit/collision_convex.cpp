@@ -86,6 +86,164 @@ TEST_CASE("faces that meet give their exact normal, at any depth and turn") {
   }
 }
 
+TEST_CASE("capsules and cylinders in poses whose contact is known") {
+  Random random(3);
+  const double s = std::sqrt(0.5);
+  const Matrix along_y = turn(-kHalfTurn / 2, Vector::UnitX());
+  const Matrix across = turn(-kHalfTurn / 4, Vector::UnitY());  // axis across (s, 0, s)
+  const Solid box = Shape::box({0.5, 0.4, 0.3}), capsule = Shape::capsule(0.2, 0.4),
+              rod = Shape::capsule(0.05, 0.4), drum = Shape::cylinder(0.3, 0.4);
+  struct Known {
+    const char* what;
+    Solid A, B;
+    Pose X_AB;
+    Vector n;
+    double separation;
+    int count;
+  };
+  const std::vector<Known> known = {
+      {"capsule on a face", box, capsule, at(0.05, 0, 0.49, kLying), {0, 0, 1}, -0.01, 2},
+      {"capsule with its axis in a face", box, rod, at(0.05, 0, 0.2, kLying), {0, 0, 1}, -0.15, 2},
+      {"capsule across an edge",
+       box,
+       capsule,
+       at(0.5 + 0.19 * s, 0.1, 0.3 + 0.19 * s, across),
+       {s, 0, s},
+       -0.01,
+       1},
+      {"capsule in an edge",
+       box,
+       rod,
+       at(0.5 - 0.1 * s, 0.1, 0.3 - 0.1 * s, across),
+       {s, 0, s},
+       -0.15,
+       1},
+      {"capsule at a corner",
+       box,
+       capsule,
+       at(0.5 + 0.1, 0.4 + 0.1, 0.3 + 0.05 + 0.4),
+       {2.0 / 3, 2.0 / 3, 1.0 / 3},
+       0.15 - 0.2,
+       1},
+      {"capsule on a cap", drum, capsule, at(0.02, 0, 0.59, kLying), {0, 0, 1}, -0.01, 2},
+      {"capsule along a side", drum, capsule, at(0.49, 0, 0.1), {1, 0, 0}, -0.01, 2},
+      {"capsule across a side", drum, capsule, at(0.49, 0, 0.1, along_y), {1, 0, 0}, -0.01, 1},
+      {"capsule across a rim",
+       drum,
+       capsule,
+       at(0.3 + 0.19 * s, 0, 0.4 + 0.19 * s, across),
+       {s, 0, s},
+       -0.01,
+       1},
+      {"capsule in a rim",
+       drum,
+       rod,
+       at(0.3 - 0.01 * s, 0, 0.4 - 0.01 * s, across),
+       {s, 0, s},
+       -0.06,
+       1},
+      {"end of a capsule in a side",
+       drum,
+       rod,
+       at(0.6, 0.1, 0, kLying),
+       {2, 1, 0},
+       std::hypot(0.2, 0.1) - 0.35,
+       1},
+      {"other end of a capsule in a side",
+       drum,
+       rod,
+       at(0.6, 0.1, 0, kLying.transpose()),
+       {2, 1, 0},
+       std::hypot(0.2, 0.1) - 0.35,
+       1},
+      {"cylinder upright on a face", box, drum, at(0.05, 0, 0.69), {0, 0, 1}, -0.01, 4},
+      {"cylinder upright over a corner", box, drum, at(0.45, 0.35, 0.69), {0, 0, 1}, -0.01, 4},
+      {"cylinder lying on a face", box, drum, at(0.05, 0, 0.59, kLying), {0, 0, 1}, -0.01, 2},
+      {"box on a cap", Shape::cylinder(1, 0.4), box, at(0.1, 0, 0.69), {0, 0, 1}, -0.01, 4},
+      {"side of a cylinder across an edge",
+       box,
+       drum,
+       at(0.5 + 0.29 * s, 0.05, 0.3 + 0.29 * s, across),
+       {s, 0, s},
+       -0.01,
+       1},
+      {"side of a cylinder at a vertical edge",
+       box,
+       drum,
+       at(0.5 + 0.174, 0.4 + 0.232, 0.1),
+       {0.6, 0.8, 0},
+       -0.01,
+       2},
+      {"cylinder on a cap", drum, drum, at(0.1, 0, 0.79), {0, 0, 1}, -0.01, 4},
+      {"cylinders side by side", drum, drum, at(0.59, 0, 0.1), {1, 0, 0}, -0.01, 2},
+      {"cylinders crosswise", drum, drum, at(0.59, 0.1, 0.1, along_y), {1, 0, 0}, -0.01, 1},
+      {"rim at a side",
+       drum,
+       drum,
+       at(0.3 + 0.4 * s + 0.3 * s - 0.01, 0, 0.4 * s - 0.3 * s,
+          turn(kHalfTurn / 4, Vector::UnitY())),
+       {1, 0, 0},
+       -0.01,
+       1},
+      {"cylinders with one middle and axis",
+       Shape::cylinder(0.2, 0.5),
+       drum,
+       at(0, 0, 0),
+       {0, 0, 0},
+       -0.5,
+       0},
+  };
+  for (const Known& k : known) {
+    CAPTURE(k.what);
+    for (int trial = 0; trial < 20; ++trial) {
+      const Pose both{random.vector(3), random.rotation()};
+      const Pair pair{k.A, k.B, both, {both.x + both.R * k.X_AB.x, both.R * k.X_AB.R}};
+      for (const bool is_swapped : {false, true}) {
+        const Manifold manifold = (is_swapped ? pair.swapped() : pair).collide(0.02);
+        CHECK(std::abs(-deepest(manifold) - k.separation) < 1e-12);
+        if (k.n.norm() == 0) continue;
+        const Vector n = both.R * k.n.normalized();
+        CHECK((manifold.normal_W - (is_swapped ? Vector(-n) : n)).norm() < 1e-9);
+        CHECK(manifold.count == k.count);
+      }
+    }
+  }
+}
+
+TEST_CASE("rims that cross part in the direction across both tangents") {
+  Random random(4);
+  for (int trial = 0; trial < 300; ++trial) {
+    CAPTURE(trial);
+    // Each rim has its point at the origin; there n leads out of both.
+    const auto rim_at_origin = [&](const Solid& solid, const Vector& n, Pose& X) {
+      const double lean = random.uniform(0.3, 1.2);  // of the axis to n
+      const Vector tangent = n.cross(random.direction()).normalized(), out = tangent.cross(n);
+      const Vector axis = std::cos(lean) * n - std::sin(lean) * out;
+      const Vector side = tangent.cross(axis);
+      X.R.col(2) = axis;
+      X.R.col(0) = n.dot(side) > 0 ? side : Vector(-side);
+      X.R.col(1) = axis.cross(X.R.col(0));
+      X.x = -(X.R * Vector(solid.shape.radius_m(), 0, solid.shape.half_length_m()));
+      return tangent;
+    };
+    Pair pair{Shape::cylinder(random.uniform(0.2, 1), random.uniform(0.2, 1)),
+              Shape::cylinder(random.uniform(0.2, 1), random.uniform(0.2, 1)),
+              {},
+              {}};
+    const Vector n = random.direction();
+    const Vector t_A = rim_at_origin(pair.A, n, pair.X_WA);
+    const Vector t_B = rim_at_origin(pair.B, -n, pair.X_WB);
+    if (t_A.cross(t_B).norm() < 0.2) continue;
+    const double depth = random.uniform(-0.01, 1e-3);  // apart where negative
+    pair.X_WB.x -= depth * n;
+    REQUIRE(overlap(pair, n) == Approx(depth).margin(1e-12));
+    const Manifold manifold = pair.collide(0.02);
+    REQUIRE(manifold.count == 1);
+    REQUIRE((manifold.normal_W - n).norm() < 1e-8);
+    REQUIRE(std::abs(deepest(manifold) - depth) < 1e-12);
+  }
+}
+
 TEST_CASE("capsules: side by side two points, crossed one, ends on the true distance") {
   const Solid capsule = Shape::capsule(0.2, 0.5);
   const Manifold beside = Pair{capsule, capsule, {}, at(0.39, 0, 0.25)}.collide(0.02);

@@ -201,16 +201,14 @@ Pair moved_by(const Pair& pair, double motion_m, double reach, RandomPoses& rand
 }  // namespace
 
 TEST_CASE("kept manifolds are as good as fresh ones") {
-  // Shares of 100. Of the heap, balls and capsules among themselves never are, and how soon it
-  // settles is chance: 38 to 43 with six other seeds, with a standard deviation of 1.8.
-  const auto [scene, ticks, share] =
-      GENERATE(table<std::string, int, int>({{file("bench_pile.toml"), 600, 41},
-                                             {file("bench_stack.toml"), 600, 41},
-                                             {file("heap.toml"), 600, 34}}));
+  const auto [scene, ticks] = GENERATE(table<std::string, int>(
+      {{file("bench_pile.toml"), 600},
+       {file("bench_stack.toml"), 600},
+       {file("heap.toml"), 1000}}));  // until it has settled: sooner, what is held is chance
   CAPTURE(scene);
   const Findings found = follow(scene, ticks, 16);  // so that the stack stands
   CAPTURE(found.pairs, found.held);
-  CHECK(found.held > found.pairs / 100 * share);
+  CHECK(found.held > found.pairs / 100 * 41);
   found.check();
 }
 
@@ -268,6 +266,15 @@ TEST_CASE("a manifold bears the motion that it says, between any two shapes") {
       }
     }
   }
+  // Thin rods whose axes are in a box.
+  RandomPoses random(2);
+  const int before = held;
+  for (int trial = 0; trial < 400; ++trial) {
+    Pair pair{Shape::box({0.5, 0.4, 0.3}), Shape::capsule(0.02, 0.4), {}, {}};
+    pair.X_WB = {random.vector(0.6), random.rotation()};
+    try_pair(pair, random);
+  }
+  CHECK(held > before + 1500);
   CAPTURE(given_up, held);
   CHECK(held > 30000);
   CHECK(turned == 0);

@@ -143,11 +143,20 @@ Manifold apart(double separation) {
   return nothing;
 }
 
+/// Two lines, up to about 6 degrees.
+bool are_along(const SupportFeature& A, const SupportFeature& B) {
+  const Vector a = A.corners[1] - A.corners[0], b = B.corners[1] - B.corners[0];
+  return a.cross(b).squaredNorm() < 0.01 * a.squaredNorm() * b.squaredNorm();
+}
+
 /// What both bodies may move until the normal is another one. It turns the faster the more nearly
 /// parallel the edges are that it is across, and what touches slides along them.
-double lead(const ConvexPair& pair, const LeastOverlap& least) {
+double lead(const ConvexPair& pair, const LeastOverlap& least, const SupportFeature& A,
+            const SupportFeature& B) {
   constexpr double kTurn = 2.5e-3;  // rad
   if (least.lead <= 0) return least.lead;
+  // Where one end of a line is nearest to a line along it, the other may soon be.
+  if (least.sine == 1 && A.count == 2 && B.count == 2 && are_along(A, B)) return -1;
   if (least.sine == 1) return least.lead;
   return std::min(least.lead, kTurn * least.sine * std::min(pair.A.thickness, pair.B.thickness));
 }
@@ -191,7 +200,7 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
   Manifold manifold;
   manifold.normal_W = R_WF.col(2);
   manifold.count = static_cast<int>(points.size());
-  manifold.lead = std::min(lead(pair, least), kTolerances.kept_slide_m / contacts.steepness);
+  manifold.lead = std::min(lead(pair, least, A, B), kTolerances.kept_slide_m / contacts.steepness);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;
     manifold.points[k] = {X_WA.x + R_WF * Vector(p.x(), p.y(), points[k].height), p.z(),

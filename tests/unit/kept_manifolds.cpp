@@ -223,8 +223,8 @@ TEST_CASE("kept manifolds are as good as fresh ones at default settings") {
 }
 
 TEST_CASE("kept manifolds are as good as fresh ones on terrain") {
-  // Twice as long as T5 is: until the heap has settled.
-  const Findings found = follow(file("bench_terrain.toml"), 600, 0);
+  // Longer than T5 is: until the heap has settled. Sooner, what is held is chance.
+  const Findings found = follow(file("bench_terrain.toml"), 800, 0);
   CAPTURE(found.pairs, found.held, found.composite);
   CHECK(found.composite > 100000);
   CHECK(found.composite_held == 0);

@@ -25,15 +25,18 @@ class Ranking {
   }
 
   /// Swaps to place `first` the candidate from there on that scores highest: the first of those
-  /// that are no more than `tie` below it.
-  template <typename Score>
-  void choose(std::size_t first, double tie, Score score) {
+  /// that are no less than `enough(highest)`.
+  template <typename Enough, typename Score>
+  void choose(std::size_t first, Enough enough, Score score) {
     std::array<double, kMost> scores;
-    for (std::size_t k = first; k < count; ++k) scores[k] = score(k);
-    double highest = scores[first];
-    for (std::size_t k = first + 1; k < count; ++k) highest = std::max(highest, scores[k]);
+    double highest = scores[first] = score(first);
+    for (std::size_t k = first + 1; k < count; ++k) {
+      scores[k] = score(k);
+      highest = std::max(highest, scores[k]);
+    }
     std::size_t best = first;
-    while (best + 1 < count && !(scores[best] >= highest - tie)) ++best;
+    const double least = enough(highest);
+    while (best + 1 < count && !(scores[best] >= least)) ++best;
     std::swap(x[first], x[best]);
     std::swap(y[first], y[best]);
     std::swap(z[first], z[best]);
@@ -54,21 +57,27 @@ template <typename Candidate>
 void bring_best_four(std::span<Candidate> candidates) {
   Ranking r{std::span<const Candidate>(candidates)};
   constexpr double kTie = kTolerances.tie_m;
-  r.choose(0, kTie, [&](std::size_t k) { return -r.z[k]; });
+  const auto by_tie = [](double highest) { return highest - kTie; };
+  r.choose(0, by_tie, [&](std::size_t k) { return -r.z[k]; });
   const double x = r.x[0], y = r.y[0];
-  r.choose(1, kTie, [&](std::size_t k) {
+  const auto by_tie_of_root = [](double highest) {
+    const double least = std::max(std::sqrt(highest) - kTie, 0.0);
+    return least * least;
+  };
+  r.choose(1, by_tie_of_root, [&](std::size_t k) {
     const double dx = r.x[k] - x, dy = r.y[k] - y;
-    return std::sqrt(dx * dx + dy * dy);
+    return dx * dx + dy * dy;
   });
   const double q_x = r.x[1] - x, q_y = r.y[1] - y;
   const double area_tie = kTie * std::sqrt(q_x * q_x + q_y * q_y);
+  const auto by_area_tie = [&](double highest) { return highest - area_tie; };
   // Areas are those of triangles, twice.
-  r.choose(2, area_tie,
+  r.choose(2, by_area_tie,
            [&](std::size_t k) { return std::abs(q_x * (r.y[k] - y) - q_y * (r.x[k] - x)); });
   // The fourth is beyond a side of the triangle of the others.
   const double r_x = r.x[2] - x, r_y = r.y[2] - y;
   const double area = q_x * r_y - q_y * r_x, turn = area < 0 ? -1 : 1;
-  r.choose(3, area_tie, [&](std::size_t k) {
+  r.choose(3, by_area_tie, [&](std::size_t k) {
     const double s_x = r.x[k] - x, s_y = r.y[k] - y;
     const double of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
     return -std::min(std::min(of_q, of_r), turn * area - of_q - of_r);

@@ -22,8 +22,8 @@ class SingleContact {
   Vector relative_velocity(const ConstraintPoint& p) const;
   double normal_velocity(const ConstraintPoint& p) const { return c_.n.dot(relative_velocity(p)); }
   double separation(const ConstraintPoint& p) const;
-  /// Adds to the normal impulse, which never pulls.
-  void add_normal(ConstraintPoint& p, double change);
+  /// Adds to the normal impulse, which never pulls; returns what it added.
+  double add_normal(ConstraintPoint& p, double change);
 
  private:
   /// Of a body: from its line's attitude to that for which the arms hold.
@@ -34,6 +34,8 @@ class SingleContact {
   };
   Side side(std::int32_t slot, const Rotation& turn) const;
   Vector w(const Side& side) const;
+  template <class F>
+  void sweep(F&& change_of);
   void add_friction(ConstraintPoint& p);
   void push(const ConstraintPoint& p, const Vector& impulse);
   void push(const Side& side, double inverse_mass, const Matrix& inverse_inertia, const Vector& r,

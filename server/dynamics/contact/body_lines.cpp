@@ -42,6 +42,7 @@ void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
   state.is_twisted = state.turns && !bodies_.torque[i].isZero(0);
   state.acceleration = bodies_.acceleration[i];
   state.pull = state.acceleration.norm();
+  state.gyration2 = state.turns ? bodies_.inertia[i].maxCoeff() * bodies_.inverse_mass[i] : 0;
   Turning& turning = at(turnings_, line);
   if (state.is_twisted) turning.turn_by_torque = inverse_inertia_W * bodies_.torque[i];
   if (!state.tumbles) return;
@@ -85,6 +86,7 @@ void BodyLines::integrate_velocities(double h) {
     state.v_free = v + h * state.acceleration;
     v = state.v_free + by_contacts;
     if (!state.turns) continue;
+    state.w_begin = w;
     const Vector turn_by_contacts = has_begun_ ? Vector(w - state.w_free) : Vector::Zero();
     const bool keeps_w = !state.tumbles && !state.is_twisted;
     state.w_free = keeps_w ? Vector(w) : free_turn(state, at(turnings_, line), w, h);
@@ -116,20 +118,30 @@ void BodyLines::turn(const State& state, Turning& turning, const Vector& w, doub
 }
 
 void BodyLines::integrate_positions(double h, double smooth_factor) {
-  const auto move = [&](std::int32_t line, const Vector& step) {
+  const auto move = [&](std::int32_t line, const Vector& step, const Vector& angle) {
     BodyLine& motion = at(motions_, line);
     Eigen::Map<Vector>(motion.linear) += step;
-    Eigen::Map<Vector>(motion.angular) += h * w(line);
+    Eigen::Map<Vector>(motion.angular) += angle;
   };
   for (std::int32_t line = 0; line < moving_; ++line) {
     const State& state = at(states_, line);
     const Vector change = v(line) - state.v_begin;
     const double smooth = smooth_factor * h * state.pull;
     const bool is_smooth = change.squaredNorm() <= smooth * smooth;
-    move(line, h * (is_smooth ? Vector(state.v_begin + 0.5 * change) : Vector(v(line))));
+    const Vector step = h * (is_smooth ? Vector(state.v_begin + 0.5 * change) : Vector(v(line)));
     if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
+    if (state.tumbles || !state.turns) {  // the gyroscopic step is implicit, too
+      move(line, step, h * w(line));
+      continue;
+    }
+    const Vector spin = w(line) - state.w_begin;
+    const bool turns_smoothly =
+        is_smooth && state.gyration2 * spin.squaredNorm() <= smooth * smooth;
+    move(line, step, h * (turns_smoothly ? Vector(state.w_begin + 0.5 * spin) : Vector(w(line))));
   }
-  for (std::int32_t line = moving_; line < moving_ + driven_; ++line) move(line, h * v(line));
+  for (std::int32_t line = moving_; line < moving_ + driven_; ++line) {
+    move(line, h * v(line), h * w(line));
+  }
 }
 
 void BodyLines::finish() {

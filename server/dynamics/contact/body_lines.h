@@ -92,7 +92,9 @@ class BodyLines {
     bool is_twisted;        // by a torque
     double pull;            // m/s^2, the size of its acceleration
     Vector acceleration;    // by its loads
+    double gyration2;       // m^2, largest moment by mass
     Vector v_begin;         // before loads
+    Vector w_begin;         // likewise, of those that turn
     Vector v_free, w_free;  // after loads, before contacts
   };
   /// Of those that tumble or are twisted, by line, too.

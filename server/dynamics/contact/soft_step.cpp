@@ -28,7 +28,7 @@ constexpr std::array kSubSteps{4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40
 constexpr double kPressGrowth = 1.5;
 /// And falls by this one, but not to less than kPressExcess times what it is: sub-steps that change
 /// move what rests, which changes loads ("in the plane a stack of ten boxes").
-constexpr double kPressDecay = 0.95;
+constexpr double kPressDecay = 0.99;
 constexpr double kPressExcess = 1.1;
 
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks

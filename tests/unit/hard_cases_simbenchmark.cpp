@@ -42,7 +42,7 @@ TEST_CASE("P24: a box is pushed from under 25 spheres, in two directions") {
   for (const std::string_view name : {"S1", "S1t"}) {
     CAPTURE(name);
     CHECK(error_of(name, 1e-3, 8) < 1e-8);
-    CHECK(error_of(name, 1e-3) < 3.5e-8);  // not met: 3.3e-8 and 3.0e-8
+    CHECK(error_of(name, 1e-3) < 3.5e-8);  // not met: 3.2e-8 and 2.9e-8
   }
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "server/collision/geometry.h"
@@ -29,8 +30,8 @@ class Ranking {
   template <typename Enough, typename Score>
   void choose(std::size_t first, Enough enough, Score score) {
     std::array<double, kMost> scores;
-    double highest = scores[first] = score(first);
-    for (std::size_t k = first + 1; k < count; ++k) {
+    double highest = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = first; k < count; ++k) {
       scores[k] = score(k);
       highest = std::max(highest, scores[k]);
     }

@@ -172,7 +172,9 @@ TEST_CASE("boxes, capsules and cylinders find the best normal of all, in closed 
       if (best.overlap < 0) {
         ++apart;
         REQUIRE(excess < kExact);
-        REQUIRE((manifold.normal_W - best.n).norm() < kNear);
+        // The search ends at 1e-9 m, where its normal may be off by more than ours.
+        const bool is_as_good = along_normal <= overlap(pair, best.n);
+        REQUIRE((is_as_good || (manifold.normal_W - best.n).norm() < kNear));
       } else {
         ++overlapping;
         // Of rims that are deep in each other one minimum may be missed.

@@ -165,7 +165,8 @@ void to_wire(const BodyState& v, wire::body_state_v1& w) {
   w.body = v.body.value;
   w.kind = static_cast<std::int32_t>(v.kind);
   w.flags = (v.in_contact ? body_state_v1::IN_CONTACT : 0) |
-            (v.quarantined ? body_state_v1::QUARANTINED : 0);
+            (v.quarantined ? body_state_v1::QUARANTINED : 0) |
+            (v.asleep ? body_state_v1::ASLEEP : 0);
   put(v.p_WBo, w.p_WBo_m);
   put(v.q_WB, w.q_WB);
   put(v.v_WBcm, w.v_WBcm_mps);
@@ -176,11 +177,13 @@ bool from_wire(const wire::body_state_v1& w, BodyState& v) {
   v.body.value = w.body;
   v.in_contact = (w.flags & wire::body_state_v1::IN_CONTACT) != 0;
   v.quarantined = (w.flags & wire::body_state_v1::QUARANTINED) != 0;
+  v.asleep = (w.flags & wire::body_state_v1::ASLEEP) != 0;
   v.p_WBo = vector(w.p_WBo_m);
   v.q_WB = rotation(w.q_WB);
   v.v_WBcm = vector(w.v_WBcm_mps);
   v.w_WB = vector(w.w_WB_radps);
-  const int known = int{wire::body_state_v1::IN_CONTACT} + int{wire::body_state_v1::QUARANTINED};
+  const int known = int{wire::body_state_v1::IN_CONTACT} + int{wire::body_state_v1::QUARANTINED} +
+                    int{wire::body_state_v1::ASLEEP};
   return is_integer(w.body, 1) && (w.flags & ~known) == 0 && get(w.kind, BodyKind::dynamic, v.kind);
 }
 
@@ -208,7 +211,7 @@ bool from_wire(const wire::event_v2& w, Event& v) {
   v.mass_kg = w.mass_kg;
   v.p_BoBcm = vector(w.p_BoBcm_m);
   return is_integer(w.body, 1) && is_integer(w.client) && is_integer(w.tick) &&
-         to_string(v.reason) != "unlisted" && get(w.event, EventKind::described, v.kind) &&
+         to_string(v.reason) != "unlisted" && get(w.event, EventKind::woke, v.kind) &&
          get(w.kind, BodyKind::dynamic, v.body_kind) &&
          get(w.shape, ShapeKind::polygon, v.shape.kind) && get(w.name, v.name);
 }

@@ -256,10 +256,12 @@ void Daemon::step(PhaseTimer& timer) {
         now_us(), {{"tick", run_.world().tick()}, {"count", run_.wrenches_left_out() - left_out}});
   }
   for (Event& event : run_.world().take_events()) {
-    quarantine_log_.write(now_us(), {{"body", event.body.value},
-                                     {"name", event.name},
-                                     {"tick", event.tick},
-                                     {"reason", to_string(event.reason)}});
+    if (event.kind == EventKind::quarantined) {
+      quarantine_log_.write(now_us(), {{"body", event.body.value},
+                                       {"name", event.name},
+                                       {"tick", event.tick},
+                                       {"reason", to_string(event.reason)}});
+    }
     tell(std::move(event));
   }
 }

@@ -103,7 +103,8 @@ void write_time(Page& page, const Readings& r) {
 
 void write_world(Page& page, const Readings& r) {
   page.gauge("cradle_bodies", "Bodies there are.", r.bodies);
-  page.gauge("cradle_bodies_awake", "Dynamic bodies that are simulated.", r.awake);
+  page.gauge("cradle_bodies_awake",
+             "Dynamic bodies that are simulated: neither asleep nor in quarantine.", r.awake);
   page.gauge("cradle_contacts", "Touching contact points in the last tick.", r.contacts);
   page.gauge("cradle_bodies_crowded",
              "Bodies of which the last tick left out pairs: too many are in one place.", r.crowded);

@@ -21,7 +21,7 @@ namespace {
 constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
 constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps",    "contact_tolerance_m",
                                            "planar",  "gravity_mps2", "solver",
-                                           "scheme",  "broad_phase"};
+                                           "scheme",  "broad_phase",  "sleeping"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -118,6 +118,7 @@ WorldSettings read_settings(const TomlTable& table) {
   if (has_sub_steps && has_tolerance) {
     table.refuse("contact_tolerance_m", "sub_steps are given, too");
   }
+  table.read("sleeping", settings.is_sleeping);
   table.read("planar", settings.is_planar);
   if (settings.is_planar) settings.gravity_W = {0, -9.81, 0};
   table.read("gravity_mps2", settings.gravity_W);

@@ -135,6 +135,7 @@ std::string to_json(const Summary& s) {
   json.add("stopped_at_impact", s.stopped_at_impact);
   json.add("impacts_unresolved", s.impacts_unresolved);
   json.add("surfaces_passing_max", s.surfaces_passing_max);
+  json.add("asleep", s.last_step.sleeping);
   json.add("contacts", s.last_step.contacts);
   json.add("penetration_max_m", s.penetration_max_m);
   json.add("penetration_mean_m", s.last_step.penetration_mean_m);

@@ -116,7 +116,7 @@ std::span<const Event> WorldMirror::take(const Events& batch) {
 void WorldMirror::remember(const Event& event) {
   if (event.kind == EventKind::removed) {
     forget(event.body);
-  } else if (event.kind != EventKind::quarantined) {
+  } else if (event.kind == EventKind::spawned || event.kind == EventKind::described) {
     forget(event.body);  // what else it was said to be: a liar's names must not pile up
     if (about_.size() >= limits::kBodies) return;
     about_.emplace(event.body.value, event);

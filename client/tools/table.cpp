@@ -82,6 +82,7 @@ std::string row(const Client& client, const BodyView& view, const Style& style) 
   const Vec3& p = s.p_WBo;
   const double speed_mps = norm(s.v_WBcm);
   const char* touch = s.in_contact ? (style.has_utf8 ? "●" : "*") : " ";
+  if (s.asleep) touch = style.has_utf8 ? "○" : "z";
   std::string text = format("%4lld  %s%s%8.2f%8.2f%8.2f%8.2f%8.2f ", wide(s.body.value),
                             fit(client.name(s.body), kNameColumns).c_str(),
                             fit(kind_of(s, client.about(s.body)), 13).c_str(), tidy(p.x), tidy(p.y),
@@ -108,7 +109,8 @@ std::vector<const BodyView*> chosen(const Client& client, std::size_t most) {
 }
 
 std::string tell(const Client& client, const Event& event) {
-  static constexpr std::array<const char*, 4> kWords = {"came", "gone", "quarantined", "seen"};
+  static constexpr std::array<const char*, 6> kWords = {"came", "gone",  "quarantined",
+                                                        "seen", "slept", "woke"};
   const double rate_hz = client.status().rate_hz;
   const double time_s = rate_hz > 0 ? static_cast<double>(event.tick) / rate_hz : 0;
   const std::string name =

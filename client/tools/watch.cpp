@@ -83,7 +83,8 @@ int watch(Session& session, std::chrono::duration<double> duration) {
   stop_on_signals();
   std::deque<Event> news;
   client.on_event([&news](const Event& event) {
-    if (event.kind == EventKind::described) return;
+    const bool is_news = event.kind <= EventKind::quarantined;  // who sleeps, the table shows
+    if (!is_news) return;
     news.push_back(event);
     if (news.size() > kNews) news.pop_front();
   });

@@ -20,7 +20,7 @@ struct Flight {
 
 /// What moves a body in a tick.
 enum class Course : std::uint8_t {
-  still,    ///< nothing: static, or quarantined
+  still,    ///< nothing: static, asleep or quarantined
   driven,   ///< its own constant velocities: kinematic
   falls,    ///< gravity alone
   pushed,   ///< gravity, and forces or torques of its own

@@ -39,6 +39,10 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
   drag.emplace_back();
   in_contact.push_back(0);
   quarantined.push_back(0);
+  still.push_back(0);
+  island.push_back(0);
+  still_x.push_back(x.back());
+  still_q.push_back(q.back());
 }
 
 void BodyTable::remove(const std::vector<std::uint8_t>& is_removed) {

@@ -58,6 +58,12 @@ struct BodyTable {
   std::vector<Drag> drag;
   std::vector<std::uint8_t> in_contact;   ///< in the last tick
   std::vector<std::uint8_t> quarantined;  ///< neither moved nor collided with
+  std::vector<std::int32_t> still;  ///< ticks since it went anywhere: see sleeping.h; of bodies
+                                    ///< that are not dynamic 0 in the tick after a command
+  std::vector<std::int64_t>
+      island;                   ///< of sleepers: id of the first body that sleeps with it; or 0
+  std::vector<Vector> still_x;  ///< where it has been still
+  std::vector<Rotation> still_q;
 
   std::size_t size() const { return id.size(); }
 
@@ -83,6 +89,10 @@ struct BodyTable {
     f("drag", drag);
     f("in_contact", in_contact);
     f("quarantined", quarantined);
+    f("still", still);
+    f("island", island);
+    f("still_x", still_x);
+    f("still_q", still_q);
   }
 
   /// Where the body is, if it exists.
@@ -110,6 +120,7 @@ struct BodyTable {
   bool is_moving(std::size_t i) const {
     return kind[i] == BodyKind::dynamic && quarantined[i] == 0;
   }
+  bool is_asleep(std::size_t i) const { return island[i] != 0; }
   std::string_view name_text(std::size_t i) const { return name[i].data(); }
 };
 

@@ -11,6 +11,7 @@
 #include "server/dynamics/rotation.h"
 #include "server/world/geometry_digest.h"
 #include "server/world/plane.h"
+#include "server/world/sleeping.h"
 
 namespace cradle {
 namespace {
@@ -75,6 +76,25 @@ Outcome check_names(const World::State& s, std::span<const BodySpec> specs) {
     }
   }
   return {};
+}
+
+/// What wrenches or motions are for.
+template <class Item>
+void wake_for_command(World::State& s, std::span<const Item> items) {
+  std::vector<std::int64_t> ids;
+  for (const Item& item : items) ids.push_back(item.body.value);
+  std::sort(ids.begin(), ids.end());
+  wake_for_command(s, std::span<const std::int64_t>(ids));
+}
+
+void wake_ends(World::State& s, std::span<const Spring> springs) {
+  std::vector<std::int64_t> ids;
+  for (const Spring& spring : springs) {
+    ids.push_back(spring.a.value);
+    if (spring.b) ids.push_back(spring.b.value);
+  }
+  std::sort(ids.begin(), ids.end());
+  wake_for_command(s, std::span<const std::int64_t>(ids));
 }
 
 /// Coefficients of drag and springs.
@@ -162,6 +182,7 @@ Outcome World::despawn(std::span<const BodyId> bodies) {
   if (const Outcome missing = find_all(s.bodies, bodies, ids); missing.result != Result::ok) {
     return missing;
   }
+  wake_for_command(s, ids);
   std::vector<std::uint8_t> is_removed(s.bodies.size(), 0);
   for (const std::int64_t id : ids) {
     const std::size_t i = *s.bodies.slot({id});
@@ -200,6 +221,7 @@ Outcome World::push(std::span<const Wrench> wrenches) {
       return refused(Result::out_of_plane, k);
     }
   }
+  wake_for_command(s, wrenches);
   for (const Wrench& wrench : wrenches) {
     Tick ticks = 1;
     if (wrench.duration == WrenchDuration::ticks) ticks = wrench.ticks;
@@ -235,6 +257,7 @@ Outcome World::set_motion(std::span<const Motion> motions) {
       return refused(Result::out_of_plane, k);
     }
   }
+  wake_for_command(s, motions);
   for (const Motion& motion : motions) {
     const std::size_t i = *s.bodies.slot(motion.body);
     if (motion.sets_pose) {
@@ -257,6 +280,7 @@ Outcome World::set_gravity(const Vec3& gravity_W) {
       !out_of_plane_gravity(gravity_W).empty()) {
     result = Result::out_of_plane;
   }
+  if (result == Result::ok && to_eigen(gravity_W) != state_->gravity_W) wake_all(*state_);
   if (result == Result::ok) state_->gravity_W = to_eigen(gravity_W);
   return {result, {}, 0};
 }
@@ -268,6 +292,7 @@ Outcome World::set_drag(BodyId body, const Drag& drag) {
   if (s.bodies.kind[*i] != BodyKind::dynamic) return refused(Result::wrong_kind, 0);
   const Result result = check_coefficients({drag.linear, drag.quadratic, drag.angular});
   if (result == Result::ok) {
+    wake_for_command(s, std::span(&s.bodies.id[*i], 1));
     s.bodies.drag[*i] = drag;
     s.renumbered = true;
   }
@@ -286,6 +311,7 @@ Outcome World::add_springs(std::span<const Spring> springs) {
     }
     if (result != Result::ok) return refused(result, k);
   }
+  wake_ends(s, springs);
   s.springs.insert(s.springs.end(), springs.begin(), springs.end());
   return {};
 }

@@ -227,6 +227,12 @@ Aabb box_over_tick(World::State& s, std::size_t i) {
   return box_of_path(s, i, path);
 }
 
+bool is_hit_expected(const World::State& s, const BodyPair& pair) {
+  const std::size_t a = index(pair.a), b = index(pair.b);
+  const TimeOfImpact impact = meet(s, a, expected(s, a), b, expected(s, b), ImpactGoal::touch);
+  return impact.began_touching || impact.kind != TimeOfImpact::Kind::none;
+}
+
 void foresee_impacts(World::State& s, Executor& executor) {
   FastBodies& fast = s.fast;
   if (!fast.any) return;

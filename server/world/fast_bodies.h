@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/collision/broad_phase.h"
 #include "server/collision/time_of_impact.h"
 #include "server/dynamics/contact/contact_constraint.h"
 #include "server/world/world.h"
@@ -57,6 +58,9 @@ void measure_fast_limits(World::State& s);
 void begin_fast_bodies(World::State& s);
 /// The box of a collider over the tick, without margin; takes note if its body is fast.
 Aabb box_over_tick(World::State& s, std::size_t slot);
+/// Whether two bodies, fast ones among them, touch or will on the ways that they are expected to
+/// go.
+bool is_hit_expected(const World::State& s, const BodyPair& pair);
 /// Replaces the manifolds of pairs with fast bodies that do not touch yet.
 void foresee_impacts(World::State& s, Executor& executor);
 /// The constraint of a manifold of a meeting.

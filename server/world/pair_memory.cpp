@@ -1,5 +1,6 @@
 #include "server/world/pair_memory.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/collision/narrow_phase.h"
@@ -53,6 +54,24 @@ Manifold PairMemory::manifold(std::size_t k, const Collider& A, const Collider& 
   pair.margin_m = margin;
   if (made.count > 0) kept = keep(made, A.X_WB, B.X_WB);
   return made;
+}
+
+void PairMemory::take_up(std::span<const std::int64_t> ids) {
+  const auto is_among = [&](std::int64_t id) {
+    return std::binary_search(ids.begin(), ids.end(), id);
+  };
+  const std::size_t before = pairs_.size();
+  std::erase_if(put_by_, [&](const KeptPair& pair) {
+    if (!is_among(pair.a) && !is_among(pair.b)) return false;
+    pairs_.push_back(pair);
+    return true;
+  });
+  merge(pairs_, before);
+}
+
+void PairMemory::merge(std::vector<KeptPair>& pairs, std::size_t sorted) {
+  const auto middle = pairs.begin() + static_cast<std::ptrdiff_t>(sorted);
+  std::inplace_merge(pairs.begin(), middle, pairs.end(), is_before);
 }
 
 void PairMemory::release(const KeptPair& pair) {

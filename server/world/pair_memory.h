@@ -36,6 +36,22 @@ class PairMemory {
   Manifold manifold(std::size_t k, const Collider& A, const Collider& B, double path, double reach,
                     double margin);
 
+  /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.
+  template <class Sleeps>
+  void put_by(Sleeps&& sleeps) {
+    const std::size_t before = put_by_.size();
+    std::erase_if(pairs_, [&](const KeptPair& pair) {
+      if (!sleeps(pair.a, pair.b)) return false;
+      put_by_.push_back(pair);
+      return true;
+    });
+    merge(put_by_, before);
+  }
+
+  /// Takes up what was put by of pairs with any of these bodies (ids ascending): as if they had
+  /// been there last tick.
+  void take_up(std::span<const std::int64_t> ids);
+
   /// In this tick: the manifold was not made anew.
   bool was_held(std::size_t k) const { return pairs_[k].is_held != 0; }
 
@@ -43,14 +59,17 @@ class PairMemory {
   template <class F>
   void for_each_array(F&& array) {
     array("kept pairs", pairs_);
+    array("pairs put by", put_by_);
     array("kept manifolds", manifolds_);
     array("free places", free_);
   }
 
  private:
   void release(const KeptPair& pair);
+  /// Sorts pairs whose first `sorted` ones are.
+  static void merge(std::vector<KeptPair>& pairs, std::size_t sorted);
 
-  std::vector<KeptPair> pairs_, last_;  ///< sorted
+  std::vector<KeptPair> pairs_, last_, put_by_;  ///< sorted
   std::vector<KeptManifold> manifolds_;
   std::vector<std::int64_t> free_;  ///< places, the next to be taken last
 };

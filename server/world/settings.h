@@ -17,6 +17,7 @@ struct WorldSettings {
       0;  ///< of a tick, for all bodies in contact, if not 0; up to limits::kSubStepsMax
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2; without z in a planar world
   bool is_planar = false;       ///< bodies stay in z = 0 and turn about z: see plane.h
+  bool is_sleeping = true;      ///< islands at rest fall asleep: see sleeping.h
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
   std::string solver = "soft";   ///< a name of solver_names()
   std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()

@@ -19,6 +19,7 @@
 #include "server/world/contact_cache.h"
 #include "server/world/fast_bodies.h"
 #include "server/world/pair_memory.h"
+#include "server/world/sleeping.h"
 #include "server/world/world.h"
 #include "server/world/wrenches.h"
 
@@ -55,6 +56,7 @@ struct World::State {
   std::vector<Spring> springs;  ///< in order of arrival
   ContactCache contacts;
   PairMemory memory;
+  Sleepers sleepers;          ///< their contacts; the rest is made from these
   std::vector<Pose> poses;    ///< by slot: where colliders were when pairs were last looked for
   std::vector<double> paths;  ///< m, by slot: the way that a collider's points have gone at most
   std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
@@ -115,6 +117,11 @@ struct World::State {
     const Shape& shape = bodies.shape[i];
     return is_stored(shape.kind) ? bounding_radius(*geometry(shape)) : bounding_radius(shape);
   }
+  /// m: contacts of the pair are made this far ahead.
+  double margin(const BodyPair& pair) const {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    return kSpeculativeMargin_m + dt * (bodies.v[b] - bodies.v[a]).norm();
+  }
   const StoredGeometry* geometry(const Shape& stored) const {
     return geometries[static_cast<std::size_t>(stored.parameters[0]) - 1].get();
   }
@@ -143,6 +150,7 @@ struct World::State {
     scalar("contact_tolerance_m", settings.contact_tolerance_m);
     scalar("is_full", settings.is_full);
     scalar("is_planar", settings.is_planar);
+    scalar("is_sleeping", settings.is_sleeping);
     scalar("bodies_max", settings.bodies_max);
     scalar("wrenches_max", settings.wrenches_max);
     array("solver", settings.solver);
@@ -155,6 +163,7 @@ struct World::State {
     array("springs", springs);
     array("contact forces", contacts.entries());
     memory.for_each_array(array);
+    array("contacts of sleepers", sleepers.contacts);
     array("poses", poses);
     array("paths", paths);
     array("geometries", geometry_digests);

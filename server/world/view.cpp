@@ -20,6 +20,7 @@ BodyState state_of(const BodyTable& bodies, std::size_t i) {
   state.kind = bodies.kind[i];
   state.in_contact = bodies.in_contact[i] != 0;
   state.quarantined = bodies.quarantined[i] != 0;
+  state.asleep = bodies.is_asleep(i);
   const BodyFrame B = bodies.frame(i);
   state.p_WBo = to_plain(B.p_WBo);
   state.q_WB = to_plain(B.q_WB);
@@ -91,7 +92,9 @@ std::int64_t World::body_count() const { return static_cast<std::int64_t>(state_
 std::int64_t World::awake_count() const {
   const BodyTable& bodies = state_->bodies;
   std::int64_t count = 0;
-  for (std::size_t i = 0; i < bodies.size(); ++i) count += bodies.is_moving(i) ? 1 : 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    count += bodies.is_moving(i) && !bodies.is_asleep(i) ? 1 : 0;
+  }
   return count;
 }
 std::int64_t World::wrench_count() const {

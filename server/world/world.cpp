@@ -1,5 +1,5 @@
 // One tick: find pairs, let balls bounce, collide, fly what is free, sub-step what is in contact,
-// remember the impulses, check that every number is one.
+// remember the impulses, check that every number is one, let sleep what is still.
 #include "server/world/world.h"
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
 #include "server/world/quarantine.h"
+#include "server/world/sleeping.h"
 #include "server/world/springs.h"
 #include "server/world/state.h"
 
@@ -43,6 +44,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
   Steps::find_pairs(s);
+  while (wake_struck(s)) Steps::find_pairs(s);
   bounce_balls(s);
   Steps::collide(s, executor);
   foresee_impacts(s, executor);
@@ -62,6 +64,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   stop_at_impacts(s, executor);
   s.contacts.store(s.bodies.id, s.constraints);
   quarantine_unusable(s);
+  let_sleep(s);
   return Steps::report(s);
 }
 
@@ -89,6 +92,7 @@ void World::Steps::list_colliders(State& s) {
   s.poses.resize(slots);
   s.paths.resize(slots);
   s.inverse_inertia_W.resize(slots);
+  forget_slots_of_sleepers(s);
 }
 
 /// Boxes that hold each body over the whole tick, and the pairs of them that overlap.
@@ -103,11 +107,13 @@ void World::Steps::find_pairs(State& s) {
   s.planes.clear();
   for (std::size_t k = 0; k < s.colliders.size(); ++k) {
     const std::size_t i = index(s.colliders[k]);
+    s.moves[k] = moves_for_pairs(s, i) ? 1 : 0;
+    if (s.bodies.is_asleep(i) && s.sleepers.is_box_known[i] != 0) continue;
+    s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
     const BodyFrame B = s.bodies.frame(i);
     const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
     s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
     s.poses[i] = now;
-    s.moves[k] = s.bodies.is_moving(i) ? 1 : 0;
     s.boxes[k] = {};
     if (s.bodies.quarantined[i] != 0) continue;
     if (s.bodies.shape[i].kind == ShapeKind::half_space) {
@@ -125,16 +131,11 @@ void World::Steps::find_pairs(State& s) {
   s.renumbered = false;
 }
 
-double margin_of(const World::State& s, const BodyPair& pair) {
-  return kSpeculativeMargin_m +
-         s.dt * (s.bodies.v[index(pair.b)] - s.bodies.v[index(pair.a)]).norm();
-}
-
 /// The manifold of the k-th pair, of two convex shapes: last tick's, while it holds.
 Manifold manifold_of(World::State& s, std::size_t k) {
   const std::size_t a = index(s.pairs[k].a), b = index(s.pairs[k].b);
   const Collider A = s.collider(a), B = s.collider(b);
-  const double margin = margin_of(s, s.pairs[k]);
+  const double margin = s.margin(s.pairs[k]);
   if (s.settings.is_planar) return s.methods().collide(A, B, margin);
   return s.memory.manifold(k, A, B, s.paths[a] + s.paths[b], std::min(s.reaches[a], s.reaches[b]),
                            margin);
@@ -154,7 +155,7 @@ void World::Steps::collide(State& s, Executor& executor) {
     for (int k = begin; k < end; ++k) {
       CompositePair& composite = s.composites[index(k)];
       const BodyPair& pair = s.pairs[composite.pair];
-      add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), margin_of(s, pair),
+      add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), s.margin(pair),
                     composite.manifolds, s.methods());
     }
   });
@@ -221,6 +222,7 @@ void World::Steps::list_contacts(State& s) {
     s.loads.torque_P[i] = Vector::Zero();
     s.loads.course[i] = Course::touches;
   }
+  mark_sleepers_in_contact(s);
 }
 
 /// The constraints of this tick.
@@ -254,6 +256,8 @@ StepReport World::Steps::report(const State& s) {
   }
   if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
   report.islands = s.solved.islands;
+  report.sleeping = count_sleepers(s);
+  report.pairs = static_cast<std::int64_t>(s.pairs.size());
   report.sub_steps_max = s.solved.sub_steps_max;
   report.sag_expected_m = s.solved.sag_max_m;
   report.impacts = s.balls.report.impacts;

@@ -39,6 +39,8 @@ struct StepReport {
   double penetration_mean_m = 0;
   int bodies_in_contact = 0;    ///< that were sub-stepped
   int islands = 0;              ///< groups of them that touch each other
+  std::int64_t sleeping = 0;    ///< bodies, at the tick's end; contacts of sleepers are not counted
+  std::int64_t pairs = 0;       ///< of bodies, that were looked at for contacts
   int sub_steps_max = 0;        ///< of an island
   double sag_expected_m = 0;    ///< how far the most loaded contact sinks in, where bodies rest
   int impacts = 0;              ///< of flying balls; what is struck at once is one
@@ -123,7 +125,7 @@ class World {
   const WorldSettings& settings() const;
   Vec3 gravity_W() const;
   std::int64_t body_count() const;
-  std::int64_t awake_count() const;  ///< bodies that the next step may move by forces or contacts
+  std::int64_t awake_count() const;  ///< dynamic, neither asleep nor in quarantine
   std::int64_t wrench_count() const;
   std::int64_t spring_count() const;
   std::int64_t quarantined_count() const;  ///< since the start
@@ -141,7 +143,8 @@ class World {
   /// The first `count` bodies with ids above `after`, as events of kind `described`.
   std::vector<Event> describe(BodyId after, int count) const;
 
-  /// What happened since the last call: spawned, removed, quarantined. Event::client is 0.
+  /// What happened since the last call: spawned, removed, quarantined, slept, woke. Event::client
+  /// is 0.
   std::vector<Event> take_events();
 
   /// From the next step on, accounts() tells how each body was moved, in ascending order of ids. It

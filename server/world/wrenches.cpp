@@ -10,7 +10,7 @@ namespace {
 
 /// What moves a body, as long as no wrench and no contact acts on it.
 Course course_of(const BodyTable& bodies, std::size_t i) {
-  if (bodies.quarantined[i] != 0) return Course::still;
+  if (bodies.quarantined[i] != 0 || bodies.is_asleep(i)) return Course::still;
   if (bodies.kind[i] == BodyKind::dynamic) return Course::falls;
   return bodies.kind[i] == BodyKind::kinematic ? Course::driven : Course::still;
 }

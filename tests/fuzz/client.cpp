@@ -97,7 +97,7 @@ class Liar {
   }
   Event event() {
     Event e;
-    e.kind = static_cast<EventKind>(in_.below(4));
+    e.kind = static_cast<EventKind>(in_.below(6));
     e.body = {1 + small()};
     e.name = name();
     return e;

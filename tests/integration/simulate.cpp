@@ -106,8 +106,8 @@ TEST_CASE("a trace has a row a body and tick, under name or id, and follows the 
 }
 
 TEST_CASE("a summary has every figure of the run") {
-  const std::string json = summary_of({scene("stack.toml"), "--duration", "1"});
-  const std::string plain = summary_of({scene("stack.toml"), "--duration", "1"});
+  const std::string json = summary_of({scene("stack.toml"), "--duration", "0.5"});
+  const std::string plain = summary_of({scene("stack.toml"), "--duration", "0.5"});
   CHECK(json_value(json, "scene") == '"' + scene("stack.toml") + '"');
   CHECK(json_value(json, "version") == "\"0.1.0\"");
   CHECK(json_value(json, "solver") == "\"soft\"");
@@ -120,10 +120,14 @@ TEST_CASE("a summary has every figure of the run") {
   CHECK(json_number(json, "sag_expected_m") < 0.0005);
   CHECK(json_number(json, "impacts") == 0);
   CHECK(json_number(json, "threads") == 1);
-  CHECK(json_number(json, "ticks") == 60);
+  CHECK(json_number(json, "ticks") == 30);
   CHECK(json_number(json, "bodies") == 11);
   CHECK(json_number(json, "quarantined") == 0);
   CHECK(json_number(json, "contacts") == 40);  // four under each of ten cubes
+  CHECK(json_number(json, "asleep") == 0);     // not yet
+  const std::string later = summary_of({scene("stack.toml"), "--duration", "2"});
+  CHECK(json_number(later, "asleep") == 10);
+  CHECK(json_number(later, "contacts") == 0);  // sleepers' are not counted
   CHECK(json_number(json, "wall_time_s") > 0);
   CHECK(json_number(json, "us_per_tick_mean") > 0);
   CHECK(json_number(json, "us_per_tick_median") <= json_number(json, "us_per_tick_p99"));

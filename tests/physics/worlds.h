@@ -15,6 +15,7 @@ inline WorldSettings settings(double rate_hz = 60, const Vec3& gravity_W = {0, 0
   WorldSettings s;
   s.rate_hz = rate_hz;
   s.gravity_W = gravity_W;
+  s.is_sleeping = false;  // all is computed in every tick, unless a test is about sleep
   return s;
 }
 inline WorldSettings weightless(double rate_hz = 60) { return settings(rate_hz, {}); }

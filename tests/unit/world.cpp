@@ -13,7 +13,9 @@ namespace {
 
 /// A world with something of everything: contact, flight, wrenches, a removed body.
 World busy_world() {
-  World world(settings());
+  WorldSettings chosen = settings();
+  chosen.is_sleeping = true;
+  World world(chosen);
   const Vector corners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   world.add_geometry(make_hull(corners).geometry);
   add(world, ground());
@@ -37,9 +39,11 @@ World busy_world() {
   spring.point_b = {-5, 0, 12};
   spring.stiffness = 3;
   world.add_springs(std::array{spring});
+  const BodyId sleeper = add(world, brick({0.5, 0.5, 0.5}, {30, 0, 0.5}));
   steps(world, 20);
   world.despawn(std::array{lid, gone});
-  steps(world, 20);
+  steps(world, 30);
+  REQUIRE(state(world, sleeper).asleep);
   return world;
 }
 

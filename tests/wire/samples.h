@@ -159,7 +159,7 @@ class Samples {
   }
   Event event() {
     Event e;
-    e.kind = one_of(EventKind::described);
+    e.kind = one_of(EventKind::woke);
     e.body = {integer(1)};
     e.client = integer();
     e.tick = integer();
@@ -236,6 +236,7 @@ class Samples {
       s.kind = one_of(BodyKind::dynamic);
       s.in_contact = coin();
       s.quarantined = coin();
+      s.asleep = coin();
       s.p_WBo = vector();
       s.q_WB = rotation();
       s.v_WBcm = vector();

@@ -226,6 +226,7 @@ struct BodyState {
   BodyId body;
   BodyKind kind = BodyKind::dynamic;
   bool in_contact = false;
+  bool asleep = false;       ///< at rest, and left out until something happens to it
   bool quarantined = false;  ///< taken out of the simulation: its numbers had become unusable
   Vec3 p_WBo;
   Quat q_WB;

@@ -55,6 +55,8 @@ enum class EventKind : std::int32_t {
   removed = 1,
   quarantined = 2,
   described = 3,  ///< not news: told again for a client that came later
+  slept = 4,      ///< at rest: neither moves nor costs anything until it wakes
+  woke = 5,
 };
 
 /// Something that happened to a body.

@@ -391,12 +391,13 @@ TEST_CASE("a heap of sleeping islands costs nothing, and what lands wakes its ow
   CHECK(report.pairs == 0);
   add(world, ball(0.3, {15, 15, 2.6}));
   world.take_events();
-  std::int64_t pairs_max = 0;
+  std::int64_t pairs_max = 0, sleeping_min = 800;
   for (int k = 0; k < 60; ++k) {
     report = world.step();
     pairs_max = std::max(pairs_max, report.pairs);
+    sleeping_min = std::min(sleeping_min, report.sleeping);
   }
-  CHECK(report.sleeping == 798);
+  CHECK(sleeping_min == 798);
   CHECK(pairs_max >= 3);
   CHECK(pairs_max <= 4);
   CHECK(count(world.take_events(), EventKind::woke) == 2);

@@ -7,9 +7,10 @@
 namespace cradle {
 
 TEST_CASE("P29: a pyramid of base 100 stands for 200 steps") {
-  // Box3D's large_pyramid: 5050 cubes side by side. They stand, but drift farther than Box3D's slop,
-  // 5 mm: by 21 mm, most of it in the first second, while the number of sub-steps follows the waves
-  // that go through the pyramid as it sinks in (12 mm at its top); with 24 of them, fixed, by 3 mm.
+  // Box3D's large_pyramid: 5050 cubes side by side. They stand, but drift farther than Box3D's
+  // slop, 5 mm: by 21 mm, most of it in the first second, while the number of sub-steps follows the
+  // waves that go through the pyramid as it sinks in (12 mm at its top); with 24 of them, fixed, by
+  // 3 mm.
   constexpr int kBase = 100;
   World world(settings());
   add(world, ground());

@@ -126,9 +126,8 @@ TEST_CASE("FCL's signed distance, which is right, says what ours say but for loc
     // EPA ends on polytopes when it has the face; on what is round near 1 um, or when it has taken
     // all its steps, which happens on spheres.
     const bool is_exact = is_polytope(kinds.first) && is_polytope(kinds.second);
-    const Asked asked =
-        compare(kinds, 0.01, FclQuestion::signed_distance, is_exact ? 1e-9 : 1e-5, 1e-3,
-                kPosesForShares);
+    const Asked asked = compare(kinds, 0.01, FclQuestion::signed_distance, is_exact ? 1e-9 : 1e-5,
+                                1e-3, kPosesForShares);
     CAPTURE(asked.verdicts, asked.failed);
     CHECK(asked.verdicts.asked > kPosesForShares * 9 / 10);
     CHECK(asked.verdicts.inconsistent <= kPosesForShares / 20);

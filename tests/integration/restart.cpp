@@ -13,6 +13,7 @@
 #include "protocol/transport/in_process.h"
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/log.h"
 #include "tests/integration/daemon.h"
 
 using namespace cradle;
@@ -137,6 +138,7 @@ TEST_CASE("a daemon hears another one of its world on the network, before it sta
   Daemon second(test_world(), Scene{}, control.join(), states.join());
 
   const int stop = ::eventfd(0, EFD_CLOEXEC);
+  set_log_level("info");  // makes the log before two threads want it at once
   std::thread serving([&] { first.run(stop); });
   CHECK(second.look_around(true).has_rival);
   std::thread rival([&] { second.run(stop); });  // as when two networks are joined

@@ -56,6 +56,18 @@ double root_between(double low, double high, double t, double rounding, F&& slop
   return t;
 }
 
+/// From `x` of the segment, with `v` the way to it from the solid; nothing but zeros where they
+/// kiss.
+SegmentDistance between(const Vector& x, const Vector& v) {
+  const double distance = v.norm();
+  SegmentDistance found;
+  if (!(distance > kKissing_m)) return found;
+  found.distance = distance;
+  found.n = v / distance;
+  found.p = x - v;
+  return found;
+}
+
 }  // namespace
 
 SegmentDistance segment_box(const Segment& segment, const Vector& half_extents) {
@@ -72,12 +84,8 @@ SegmentDistance segment_box(const Segment& segment, const Vector& half_extents) 
     return Slope{b.dot(v), rise};
   });
   const Vector v = beyond(t), x = c + t * b;
-  const double distance = v.norm();
-  SegmentDistance found;
-  if (!(distance > kKissing_m)) return found;
-  found.distance = distance;
-  found.n = v / distance;
-  found.p = x - v;
+  SegmentDistance found = between(x, v);
+  if (!(found.distance > 0)) return found;
   const int sides = (v.x() != 0) + (v.y() != 0) + (v.z() != 0);
   const bool is_end = std::abs(t) >= L;
   if (sides == 1) {
@@ -126,12 +134,8 @@ SegmentDistance segment_cylinder(const Segment& segment, double radius, double h
   Vector v = Vector::Zero();
   if (is_beside) v.head<2>() = (1 - radius / across) * x.head<2>();
   if (is_above) v.z() = std::copysign(up, x.z());
-  const double distance = v.norm();
-  SegmentDistance found;
-  if (!(distance > kKissing_m)) return found;
-  found.distance = distance;
-  found.n = v / distance;
-  found.p = x - v;
+  SegmentDistance found = between(x, v);
+  if (!(found.distance > 0)) return found;
   if (is_above && !is_beside) {
     found.n = {0, 0, x.z() < 0 ? -1.0 : 1.0};
     found.inside = radius - across;

@@ -9,20 +9,13 @@
 #include <sstream>
 
 #include "tests/bench/plot.h"
+#include "tests/peers/libraries.h"
 
 using namespace cradle;
 using namespace cradle::bench;
 using Catch::Matchers::Contains;
 
 namespace {
-
-std::vector<PeerLibrary> libraries_here() {
-  std::vector<PeerLibrary> found;
-  for (const PeerLibrary& library : peer_libraries()) {
-    if (library.make != nullptr) found.push_back(library);
-  }
-  return found;
-}
 
 class TemporaryFolder {
  public:

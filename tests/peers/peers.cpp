@@ -3,19 +3,12 @@
 #include <cmath>
 
 #include "tests/bench/side_by_side.h"
+#include "tests/peers/libraries.h"
 
 using namespace cradle;
 using namespace cradle::bench;
 
 namespace {
-
-std::vector<PeerLibrary> libraries_here() {
-  std::vector<PeerLibrary> found;
-  for (const PeerLibrary& library : peer_libraries()) {
-    if (library.make != nullptr) found.push_back(library);
-  }
-  return found;
-}
 
 double error_of(const PeerLibrary& library, const char* which, const PeerSettings& settings = {}) {
   return run_peer(library, *find_case(which), scene_of(*find_case(which)), {}, settings).error;

@@ -112,13 +112,15 @@ TEST_CASE("friction at impacts only takes energy") {
     spec.v_WBcm = {speed(random), speed(random), 0};
     spec.w_WB = {speed(random), speed(random), speed(random)};
     add(world, spec);
-    double before = energy(world);
+    const double start = energy(world);
+    double least = start;
     for (int tick = 0; tick < 1200; ++tick) {
       world.step();
       const double now = energy(world);
       INFO("seed " << seed << ", tick " << tick);
-      REQUIRE(now < before + 1e-4 * std::abs(before));
-      before = std::min(before, now);
+      // A known limit: soft contacts push out what corners have sunk in, 5e-6 of it at most.
+      REQUIRE(now < least + 1e-5 * start);
+      least = std::min(least, now);
     }
   }
 }

@@ -40,7 +40,7 @@ struct ConstraintPoint {
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
   double force = 0;                                   ///< N: lambda of the last sub-step over it
   Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
-  double press = 0;  ///< m/s^2: what `force` alone would give, as far as it lasts; see press.h
+  double press = 0;  ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
   std::uint32_t feature = 0;  ///< as in the manifold
 };
 

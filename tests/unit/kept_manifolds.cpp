@@ -228,9 +228,8 @@ TEST_CASE("kept manifolds are as good as fresh ones on terrain") {
   CAPTURE(found.pairs, found.held, found.composite);
   CHECK(found.composite > 100000);
   CHECK(found.composite_held == 0);
-  // Balls and capsules among themselves never are. How soon a heap settles is chance: of six with
-  // other seeds 34 to 38 in 100 were, with a standard deviation of 1.3.
-  CHECK(found.held > found.pairs / 100 * 31);
+  // Balls and capsules among themselves never are.
+  CHECK(found.held > found.pairs / 100 * 36);
   found.check();
 }
 

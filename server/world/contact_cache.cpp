@@ -5,21 +5,17 @@
 
 namespace cradle {
 
-void ContactCache::restore(std::span<const std::int64_t> ids,
-                           std::span<ContactConstraint> constraints) const {
-  auto entry = entries_.begin();
-  for (ContactConstraint& c : constraints) {
-    const auto pair =
-        std::pair(ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)]);
-    while (entry != entries_.end() && std::pair(entry->a, entry->b) < pair) ++entry;
-    for (auto e = entry; e != entries_.end() && std::pair(e->a, e->b) == pair; ++e) {
-      if (e->part != c.part) continue;
-      for (ConstraintPoint& p : c.used()) {
-        if (p.feature != e->feature) continue;
-        p.force = e->force;
-        p.press = e->press;
-        p.force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
-      }
+void ContactCache::Reader::restore(ContactConstraint& c) {
+  const auto pair =
+      std::pair(ids_[static_cast<std::size_t>(c.a)], ids_[static_cast<std::size_t>(c.b)]);
+  while (entry_ != end_ && std::pair(entry_->a, entry_->b) < pair) ++entry_;
+  for (auto e = entry_; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
+    if (e->part != c.part) continue;
+    for (ConstraintPoint& p : c.used()) {
+      if (p.feature != e->feature) continue;
+      p.force = e->force;
+      p.press = e->press;
+      p.force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
     }
   }
 }

@@ -23,8 +23,17 @@ struct CachedForce {
 /// Sorted by (a, b).
 class ContactCache {
  public:
-  /// Gives the constraints, sorted by (a, b), what their points carried last tick.
-  void restore(std::span<const std::int64_t> ids, std::span<ContactConstraint> constraints) const;
+  /// Gives constraints, asked for in the order of (a, b), what their points carried last tick.
+  class Reader {
+   public:
+    Reader(const ContactCache& cache, std::span<const std::int64_t> ids)
+        : ids_(ids), entry_(cache.entries_.begin()), end_(cache.entries_.end()) {}
+    void restore(ContactConstraint& c);
+
+   private:
+    std::span<const std::int64_t> ids_;
+    std::vector<CachedForce>::const_iterator entry_, end_;
+  };
 
   /// Keeps what they carry now, and nothing else.
   void store(std::span<const std::int64_t> ids, std::span<const ContactConstraint> constraints);

@@ -261,16 +261,16 @@ void foresee_impacts(World::State& s, Executor& executor) {
   std::erase_if(fast.meetings, [](const Meeting& meeting) { return meeting.time == 0; });
 }
 
-ContactConstraint make_constraint(const Meeting& meeting, const Manifold& manifold,
-                                  World::State& s) {
+void set_constraint(ContactConstraint& c, const Meeting& meeting, const Manifold& manifold,
+                    World::State& s) {
   const auto [slot_A, slot_B] = s.pairs[meeting.pair];
   const auto place = [&](std::int32_t slot, const Path& path) {
     const Matrix R = rotation_exp(meeting.time * path.turn).toRotationMatrix();
     return BodyPlace{path.x + meeting.time * path.travel,
                      R * s.inverse_inertia_W[index(slot)] * R.transpose()};
   };
-  ContactConstraint c = make_constraint(manifold, slot_A, slot_B, s.arrays(),
-                                        place(slot_A, meeting.A), place(slot_B, meeting.B));
+  set_constraint(c, manifold, slot_A, slot_B, s.arrays(), place(slot_A, meeting.A),
+                 place(slot_B, meeting.B));
   c.is_ahead = true;
   c.turn_A = rotation_exp(meeting.time * meeting.A.turn);
   c.turn_B = rotation_exp(meeting.time * meeting.B.turn);
@@ -281,7 +281,6 @@ ContactConstraint make_constraint(const Meeting& meeting, const Manifold& manifo
     const Vector turned = meeting.time * (meeting.B.turn.cross(p.rB) - meeting.A.turn.cross(p.rA));
     p.s0 = p.s = std::max(p.s0, p.s0 - c.n.dot(travel + turned));
   }
-  return c;
 }
 
 }  // namespace cradle

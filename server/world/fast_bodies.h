@@ -63,9 +63,9 @@ Aabb box_over_tick(World::State& s, std::size_t slot);
 bool is_hit_expected(const World::State& s, const BodyPair& pair);
 /// Replaces the manifolds of pairs with fast bodies that do not touch yet.
 void foresee_impacts(World::State& s, Executor& executor);
-/// The constraint of a manifold of a meeting.
-ContactConstraint make_constraint(const Meeting& meeting, const Manifold& manifold,
-                                  World::State& s);
+/// Overwrites `c` with the constraint of a manifold of a meeting.
+void set_constraint(ContactConstraint& c, const Meeting& meeting, const Manifold& manifold,
+                    World::State& s);
 
 // For impact_stops.cpp, when all have moved: s.poses still has where they began.
 

@@ -2,6 +2,7 @@
 /// and the test that looks into it, go by that one list.
 #pragma once
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -41,6 +42,21 @@ struct Touch {
 /// Contacts are made this far ahead of touching, m: several times the sag of a resting contact, so
 /// that a body at rest never loses its contacts ("a stack of ten cubes stands").
 inline constexpr double kSpeculativeMargin_m = 0.02;
+
+/// What points without a gap there are at the tick's start.
+struct Overlaps {
+  int points = 0;
+  double sum_m = 0, max_m = 0;
+
+  void add(const ContactConstraint& c) {
+    for (const ConstraintPoint& p : c.used()) {
+      if (p.s0 > 0) continue;
+      ++points;
+      sum_m -= p.s0;
+      max_m = std::max(max_m, -p.s0);
+    }
+  }
+};
 
 struct World::State {
   explicit State(const WorldSettings& s);
@@ -89,6 +105,7 @@ struct World::State {
   Ballistic balls;
   std::vector<double> axial_shares;  ///< by slot, see BodyArrays
   std::vector<ContactConstraint> constraints;
+  Overlaps overlaps;                         ///< of them
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
   std::vector<Vector> x_start;               ///< of `moving`, in their order

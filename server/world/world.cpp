@@ -55,7 +55,6 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   Steps::prepare(s);
   move_with_springs(s);
   add_drag(s);
-  s.contacts.restore(s.bodies.id, s.constraints);
   s.solved = s.solver->advance({s.dt, s.settings.sub_steps, s.settings.contact_tolerance_m,
                                 s.settings.lanes, s.moving, s.driven},
                                s.arrays(), s.inverse_inertia_W, s.constraints);
@@ -225,36 +224,38 @@ void World::Steps::list_contacts(State& s) {
   mark_sleepers_in_contact(s);
 }
 
-/// The constraints of this tick.
+/// The constraints of this tick, with the forces of the last one.
 void World::Steps::prepare(State& s) {
-  s.constraints.clear();
+  s.constraints.resize(s.touching.size());
+  s.overlaps = {};
+  std::size_t used = 0;
   const BodyArrays bodies = s.arrays();
+  ContactCache::Reader last_tick(s.contacts, s.bodies.id);
   for (const Touch& touch : s.touching) {
     const auto [a, b] = touch.pair;
     if (s.bodies.inverse_mass[index(a)] == 0 && s.bodies.inverse_mass[index(b)] == 0) continue;
+    ContactConstraint& c = s.constraints[used++];
+    if (touch.ahead != nullptr) {
+      set_constraint(c, *touch.ahead, *touch.manifold, s);
+    } else {
+      set_constraint(c, *touch.manifold, a, b, bodies, s.inverse_inertia_W);
+    }
     const Material& A = s.bodies.material[index(a)];
     const Material& B = s.bodies.material[index(b)];
-    ContactConstraint& c = s.constraints.emplace_back(
-        touch.ahead != nullptr
-            ? make_constraint(*touch.ahead, *touch.manifold, s)
-            : make_constraint(*touch.manifold, a, b, bodies, s.inverse_inertia_W));
     c.friction = std::sqrt(A.friction * B.friction);
     c.restitution = std::max(A.restitution, B.restitution);
+    last_tick.restore(c);
+    look_at(c);
+    s.overlaps.add(c);
   }
+  s.constraints.resize(used);
 }
 
 StepReport World::Steps::report(const State& s) {
   StepReport report;
-  double sum = 0;
-  for (const ContactConstraint& c : s.constraints) {
-    for (const ConstraintPoint& p : c.used()) {
-      if (p.s0 > 0) continue;
-      ++report.contacts;
-      sum -= p.s0;
-      report.penetration_max_m = std::max(report.penetration_max_m, -p.s0);
-    }
-  }
-  if (report.contacts > 0) report.penetration_mean_m = sum / report.contacts;
+  report.contacts = s.overlaps.points;
+  report.penetration_max_m = s.overlaps.max_m;
+  if (report.contacts > 0) report.penetration_mean_m = s.overlaps.sum_m / report.contacts;
   report.islands = s.solved.islands;
   report.sleeping = count_sleepers(s);
   report.pairs = static_cast<std::int64_t>(s.pairs.size());

@@ -126,13 +126,35 @@ struct Tangle {
   std::mt19937_64 random;
 };
 
+/// Into blocks with the impulses that they have, and back.
+void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const BodyLines& bodies) {
+  for (ContactConstraint* c : all) {
+    for (ConstraintPoint& p : c->used()) {
+      p.force = p.lambda / kStep.h;
+      p.force_t = p.lambda_t / kStep.h;
+    }
+    look_at(*c);
+  }
+  blocks.pack(all, bodies, kStep.h);
+}
+
+void unpack(const ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
+  blocks.unpack(kStep.h);
+  for (ContactConstraint* c : all) {
+    for (ConstraintPoint& p : c->used()) {
+      p.lambda = kStep.h * p.force;
+      p.lambda_t = kStep.h * p.force_t;
+    }
+  }
+}
+
 /// A sub-step of them, side by side.
 void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
              const ContactKernels& kernels) {
   ContactBlocks blocks;
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : constraints) all.push_back(&c);
-  blocks.pack(all, bodies);
+  pack(blocks, all, bodies);
   for (const BlockRun& run : blocks.runs()) {
     kernels.prepare(run, kStep);
     kernels.warm_start(run, bodies.velocities());
@@ -142,7 +164,7 @@ void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
   for (const BlockRun& run : blocks.runs()) {
     kernels.relax(run, kStep, bodies.velocities(), bodies.motions());
   }
-  blocks.unpack();
+  unpack(blocks, all);
 }
 
 }  // namespace
@@ -227,13 +249,13 @@ TEST_CASE("points that carry together are solved at once") {
     BodyLines bodies = tangle.lines();
     ContactConstraint* all[] = {&c};
     ContactBlocks blocks;
-    blocks.pack(all, bodies);
+    pack(blocks, all, bodies);
     for (const BlockRun& run : blocks.runs()) {
       CHECK(run.joint);
       contact_kernels_of(0).prepare(run, kStep);
       contact_kernels_of(0).solve(run, kStep, bodies.velocities());
     }
-    blocks.unpack();
+    unpack(blocks, all);
     for (int i = 0; i < points; ++i) {
       CHECK(c.points[static_cast<std::size_t>(i)].lambda == Approx(expected[i]).epsilon(1e-9));
     }
@@ -295,7 +317,7 @@ TEST_CASE("manifolds in one block share no body that yields") {
   ContactBlocks blocks;
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
-  blocks.pack(all, bodies);
+  pack(blocks, all, bodies);
   std::vector<int> seen(tangle.constraints.size(), 0);
   for (const BlockRun& run : blocks.runs()) {
     for (std::int32_t k = 0; k < run.count; ++k) {

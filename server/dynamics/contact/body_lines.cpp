@@ -4,11 +4,19 @@
 #include "server/dynamics/rotation.h"
 
 namespace cradle {
+namespace {
+
+using AllOfLine = Eigen::Array<double, 8, 1>;
+
+Eigen::Map<AllOfLine, Eigen::Aligned16> all(BodyLine& line) {
+  return Eigen::Map<AllOfLine, Eigen::Aligned16>(line.all);
+}
+
+}  // namespace
 
 void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
                       std::span<const Matrix> inverse_inertia_W) {
   bodies_ = bodies;
-  has_begun_ = false;
   moving_ = static_cast<std::int32_t>(tick.moving.size());
   driven_ = static_cast<std::int32_t>(tick.driven.size());
   const std::int32_t still = moving_ + driven_;
@@ -17,6 +25,8 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   motions_.assign(velocities_.size(), BodyLine{});
   states_.resize(moving());
   turnings_.resize(moving());
+  loads_.resize(moving());
+  begins_.resize(moving());
   const auto enter = [&](std::int32_t line, std::int32_t slot) {
     const auto i = static_cast<std::size_t>(slot);
     line_of_slot_[i] = line;
@@ -32,6 +42,7 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   for (std::int32_t k = 0; k < driven_; ++k) {
     enter(moving_ + k, tick.driven[static_cast<std::size_t>(k)]);
   }
+  frees_.assign(velocities_.begin(), velocities_.begin() + moving_);  // no contacts yet
 }
 
 void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
@@ -40,11 +51,13 @@ void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
   state.turns = !bodies_.inverse_inertia[i].isZero(0);
   state.tumbles = state.turns && !has_equal_moments(bodies_.inertia[i]);
   state.is_twisted = state.turns && !bodies_.torque[i].isZero(0);
-  state.acceleration = bodies_.acceleration[i];
-  state.pull = state.acceleration.norm();
+  state.pull = bodies_.acceleration[i].norm();
+  BodyLine& load = at(loads_, line);
+  load = {};
+  linear(load) = bodies_.acceleration[i];
+  if (state.is_twisted && !state.tumbles) angular(load) = inverse_inertia_W * bodies_.torque[i];
   state.gyration2 = state.turns ? bodies_.inertia[i].maxCoeff() * bodies_.inverse_mass[i] : 0;
   Turning& turning = at(turnings_, line);
-  if (state.is_twisted) turning.turn_by_torque = inverse_inertia_W * bodies_.torque[i];
   if (!state.tumbles) return;
   turning.R_start = bodies_.q[i].toRotationMatrix();
   turning.axial_share = bodies_.axial_share.empty() ? 0 : bodies_.axial_share[i];
@@ -58,10 +71,9 @@ void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
   turning.frame = Rotation::Identity();
 }
 
-/// w after `h` without contacts, of a body that tumbles or is twisted.
+/// w after `h` without contacts, of a body that tumbles.
 Vector BodyLines::free_turn(const State& state, const Turning& turning, const Vector& w,
                             double h) const {
-  if (!state.tumbles) return w + h * turning.turn_by_torque;
   const Matrix& R = turning.R_start;
   const Vector& inverse_inertia = bodies_.inverse_inertia[state.slot];
   if (turning.axial_share != 0) {
@@ -79,29 +91,24 @@ Vector BodyLines::free_turn(const State& state, const Turning& turning, const Ve
 
 void BodyLines::integrate_velocities(double h) {
   for (std::int32_t line = 0; line < moving_; ++line) {
-    State& state = at(states_, line);
-    auto v = this->v(line), w = this->w(line);
-    const Vector by_contacts = has_begun_ ? Vector(v - state.v_free) : Vector::Zero();
-    state.v_begin = v;
-    state.v_free = v + h * state.acceleration;
-    v = state.v_free + by_contacts;
-    if (!state.turns) continue;
-    state.w_begin = w;
-    const Vector turn_by_contacts = has_begun_ ? Vector(w - state.w_free) : Vector::Zero();
-    const bool keeps_w = !state.tumbles && !state.is_twisted;
-    state.w_free = keeps_w ? Vector(w) : free_turn(state, at(turnings_, line), w, h);
-    w = state.w_free + turn_by_contacts;
+    auto velocity = all(at(velocities_, line)), free = all(at(frees_, line));
+    const AllOfLine by_contacts = velocity - free;
+    all(at(begins_, line)) = velocity;
+    free = velocity + h * all(at(loads_, line));
+    const State& state = at(states_, line);
+    if (state.tumbles)
+      angular(at(frees_, line)) = free_turn(state, at(turnings_, line), w(line), h);
+    velocity = free + by_contacts;
   }
-  has_begun_ = true;
 }
 
 void BodyLines::strike(std::int32_t line, const Vector& dv, const Vector& dw, double t) {
-  State& state = at(states_, line);
-  state.v_free += dv;  // no contact that a sub-step would warm start
-  state.w_free += dw;
+  const State& state = at(states_, line);
+  linear(at(frees_, line)) += dv;  // no contact that a sub-step would warm start
+  angular(at(frees_, line)) += dw;
   BodyLine& motion = at(motions_, line);
-  Eigen::Map<Vector>(motion.linear) -= t * dv;
-  Eigen::Map<Vector>(motion.angular) -= t * dw;
+  linear(motion) -= t * dv;
+  angular(motion) -= t * dw;
   if (state.tumbles) turn(state, at(turnings_, line), dw, -t);
 }
 
@@ -120,24 +127,25 @@ void BodyLines::turn(const State& state, Turning& turning, const Vector& w, doub
 void BodyLines::integrate_positions(double h, double smooth_factor) {
   const auto move = [&](std::int32_t line, const Vector& step, const Vector& angle) {
     BodyLine& motion = at(motions_, line);
-    Eigen::Map<Vector>(motion.linear) += step;
-    Eigen::Map<Vector>(motion.angular) += angle;
+    linear(motion) += step;
+    angular(motion) += angle;
   };
   for (std::int32_t line = 0; line < moving_; ++line) {
     const State& state = at(states_, line);
-    const Vector change = v(line) - state.v_begin;
+    const auto v_begin = linear(at(begins_, line)), w_begin = angular(at(begins_, line));
+    const Vector change = v(line) - v_begin;
     const double smooth = smooth_factor * h * state.pull;
     const bool is_smooth = change.squaredNorm() <= smooth * smooth;
-    const Vector step = h * (is_smooth ? Vector(state.v_begin + 0.5 * change) : Vector(v(line)));
+    const Vector step = h * (is_smooth ? Vector(v_begin + 0.5 * change) : Vector(v(line)));
     if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
     if (state.tumbles || !state.turns) {  // the gyroscopic step is implicit, too
       move(line, step, h * w(line));
       continue;
     }
-    const Vector spin = w(line) - state.w_begin;
+    const Vector spin = w(line) - w_begin;
     const bool turns_smoothly =
         is_smooth && state.gyration2 * spin.squaredNorm() <= smooth * smooth;
-    move(line, step, h * (turns_smoothly ? Vector(state.w_begin + 0.5 * spin) : Vector(w(line))));
+    move(line, step, h * (turns_smoothly ? Vector(w_begin + 0.5 * spin) : Vector(w(line))));
   }
   for (std::int32_t line = moving_; line < moving_ + driven_; ++line) {
     move(line, h * v(line), h * w(line));

@@ -20,6 +20,17 @@
 
 namespace cradle {
 
+inline Eigen::Map<Vector> linear(BodyLine& line) { return Eigen::Map<Vector>(line.all); }
+inline Eigen::Map<Vector> angular(BodyLine& line) {
+  return Eigen::Map<Vector>(line.all + kAngular);
+}
+inline Eigen::Map<const Vector> linear(const BodyLine& line) {
+  return Eigen::Map<const Vector>(line.all);
+}
+inline Eigen::Map<const Vector> angular(const BodyLine& line) {
+  return Eigen::Map<const Vector>(line.all + kAngular);
+}
+
 class BodyLines {
   template <class Lines>
   static auto& at(Lines& lines, std::int32_t line) {
@@ -55,31 +66,19 @@ class BodyLines {
 
   /// By its loads, m/s^2.
   Vector acceleration(std::int32_t line) const {
-    return yields(line) ? at(states_, line).acceleration : Vector(Vector::Zero());
+    return yields(line) ? Vector(linear(at(loads_, line))) : Vector(Vector::Zero());
   }
   /// Takes note that an impact, `t` after the start of the sub-step that comes, has changed the
   /// velocities already. Its line begins where it will lead to the right place.
   void strike(std::int32_t line, const Vector& dv, const Vector& dw, double t);
 
-  Eigen::Map<Vector> v(std::int32_t line) {
-    return Eigen::Map<Vector>(at(velocities_, line).linear);
-  }
-  Eigen::Map<Vector> w(std::int32_t line) {
-    return Eigen::Map<Vector>(at(velocities_, line).angular);
-  }
-  Eigen::Map<const Vector> v(std::int32_t line) const {
-    return Eigen::Map<const Vector>(at(velocities_, line).linear);
-  }
-  Eigen::Map<const Vector> w(std::int32_t line) const {
-    return Eigen::Map<const Vector>(at(velocities_, line).angular);
-  }
+  Eigen::Map<Vector> v(std::int32_t line) { return linear(at(velocities_, line)); }
+  Eigen::Map<Vector> w(std::int32_t line) { return angular(at(velocities_, line)); }
+  Eigen::Map<const Vector> v(std::int32_t line) const { return linear(at(velocities_, line)); }
+  Eigen::Map<const Vector> w(std::int32_t line) const { return angular(at(velocities_, line)); }
   /// Displacement and turn since the tick's start.
-  Eigen::Map<const Vector> dp(std::int32_t line) const {
-    return Eigen::Map<const Vector>(at(motions_, line).linear);
-  }
-  Eigen::Map<const Vector> theta(std::int32_t line) const {
-    return Eigen::Map<const Vector>(at(motions_, line).angular);
-  }
+  Eigen::Map<const Vector> dp(std::int32_t line) const { return linear(at(motions_, line)); }
+  Eigen::Map<const Vector> theta(std::int32_t line) const { return angular(at(motions_, line)); }
   BodyLine* velocities() { return velocities_.data(); }
   const BodyLine* motions() const { return motions_.data(); }
 
@@ -87,23 +86,18 @@ class BodyLines {
   /// Of a body that moves by its contacts: what every sub-step looks at.
   struct State {
     std::size_t slot;
-    bool turns;             // has an inertia at all
-    bool tumbles;           // with unequal moments
-    bool is_twisted;        // by a torque
-    double pull;            // m/s^2, the size of its acceleration
-    Vector acceleration;    // by its loads
-    double gyration2;       // m^2, largest moment by mass
-    Vector v_begin;         // before loads
-    Vector w_begin;         // likewise, of those that turn
-    Vector v_free, w_free;  // after loads, before contacts
+    bool turns;        // has an inertia at all
+    bool tumbles;      // with unequal moments
+    bool is_twisted;   // by a torque
+    double pull;       // m/s^2, the size of its acceleration
+    double gyration2;  // m^2, largest moment by mass
   };
-  /// Of those that tumble or are twisted, by line, too.
+  /// Of those that tumble, by line, too.
   struct Turning {
-    double axial_share;     // of round bodies, else 0: as in BodyArrays
-    Vector axis;            // of round bodies, at the tick's start, in W
-    double spin;            // rad, about it, that its line has not gone along with
-    Rotation frame;         // of its line since the tick's start
-    Vector turn_by_torque;  // I^-1 torque, rad/s^2; of bodies that do not tumble
+    double axial_share;  // of round bodies, else 0: as in BodyArrays
+    Vector axis;         // of round bodies, at the tick's start, in W
+    double spin;         // rad, about it, that its line has not gone along with
+    Rotation frame;      // of its line since the tick's start
     Matrix R_start;
   };
 
@@ -112,12 +106,14 @@ class BodyLines {
   void turn(const State& state, Turning& turning, const Vector& w, double h);
 
   BodyArrays bodies_;
-  bool has_begun_ = false;  // there was a sub-step before
   std::int32_t moving_ = 0, driven_ = 0;
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;
   std::vector<Turning> turnings_;
   std::vector<BodyLine> velocities_, motions_;
+  std::vector<BodyLine> loads_;   // what they give to bodies that do not tumble; to others v alone
+  std::vector<BodyLine> begins_;  // velocities before loads
+  std::vector<BodyLine> frees_;   // after loads, before contacts
 };
 
 }  // namespace cradle

@@ -44,10 +44,9 @@ struct ContactBlock {
 
 /// v and w, or displacement and turn since the tick's start, of one body.
 struct BodyLine {
-  alignas(64) double linear[3];
-  double angular[3];
-  double unused[2];
+  alignas(64) double all[8];  ///< linear, angular, two that nobody uses
 };
+inline constexpr int kAngular = 3;  ///< where it begins
 static_assert(sizeof(BodyLine) == 64);
 
 struct SubStep {

@@ -17,8 +17,7 @@ constexpr std::int32_t kGroupsAColour = std::size(kKinds);
 /// at once, which also keeps a symmetric stack symmetric.
 std::int32_t kind_of(const ContactConstraint& c) {
   if (c.count == 1) return 0;
-  const auto carry = std::ranges::count_if(c.used(), [](const auto& p) { return p.lambda > 0; });
-  const bool joint = carry == 0 || carry == c.count;
+  const bool joint = c.carrying == 0 || c.carrying == c.count;
   return (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
 }
 
@@ -56,7 +55,7 @@ void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
   std::fill_n(block.source, kBlockLanes, -1);
 }
 
-void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_t source,
+void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_t source, double h,
           const BodyLines& bodies) {
   const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
   block.source[lane] = source;
@@ -82,9 +81,9 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_
     block.v[i][lane] = c.t2.dot(from_centre);
     block.s0[i][lane] = block.s[i][lane] = p.s0;
     block.yields[i][lane] = 1;
-    block.lambda[i][lane] = p.lambda;
-    block.lambda_1[i][lane] = p.lambda_t.x();
-    block.lambda_2[i][lane] = p.lambda_t.y();
+    block.lambda[i][lane] = h * p.force;
+    block.lambda_1[i][lane] = h * p.force_t.x();
+    block.lambda_2[i][lane] = h * p.force_t.y();
   }
   if (c.count != 3) return;
   for (Row* row : {&block.u[3], &block.v[3], &block.s0[3], &block.s[3], &block.yields[3],
@@ -143,18 +142,19 @@ void ContactBlocks::make_runs(std::int32_t nobody, std::int32_t waste) {
   }
 }
 
-void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies) {
+void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies,
+                         double h) {
   count_groups(constraints, bodies);
   make_runs(bodies.nobody(), bodies.waste());
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     std::int32_t& next = counts_[index(groups_[k])];
     fill(blocks_[index(next / kBlockLanes)], next % kBlockLanes, *sources_[k],
-         static_cast<std::int32_t>(k), bodies);
+         static_cast<std::int32_t>(k), h, bodies);
     next += groups_[k] >= kGroupsAColour * kColours ? kBlockLanes : 1;
   }
 }
 
-void ContactBlocks::unpack() const {
+void ContactBlocks::unpack(double h) const {
   for (const ContactBlock& block : std::span(blocks_).first(used_)) {
     for (int lane = 0; lane < kBlockLanes; ++lane) {
       if (block.source[lane] < 0) continue;
@@ -162,8 +162,8 @@ void ContactBlocks::unpack() const {
       for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
         ConstraintPoint& p = c.points[i];
         p.s = block.s[i][lane];
-        p.lambda = block.lambda[i][lane];
-        p.lambda_t = {block.lambda_1[i][lane], block.lambda_2[i][lane]};
+        p.force = block.lambda[i][lane] / h;
+        p.force_t = {block.lambda_1[i][lane] / h, block.lambda_2[i][lane] / h};
         p.K_normal = 1 / block.yields[i][lane];
       }
     }

@@ -14,10 +14,10 @@ namespace cradle {
 class ContactBlocks {
  public:
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
-  /// another.
-  void pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
-  /// What they carry, and their separations.
-  void unpack() const;
+  /// another. `h`: the sub-step, s.
+  void pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h);
+  /// The forces of the last sub-step, separations and effective masses.
+  void unpack(double h) const;
 
   /// To be gone through in order, each block after the one before.
   std::span<const BlockRun> runs() const { return runs_; }

@@ -1,5 +1,6 @@
 #include "server/dynamics/contact/contact_constraint.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cradle {
@@ -11,12 +12,10 @@ void tangents(const Vector& n, Vector& t1, Vector& t2) {
   t2 = n.cross(t1);
 }
 
-ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
-                                  const BodyArrays& bodies, const BodyPlace& place_A,
-                                  const BodyPlace& place_B) {
+void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
+                    const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B) {
   const auto A = static_cast<std::size_t>(a);
   const auto B = static_cast<std::size_t>(b);
-  ContactConstraint c;
   c.a = a;
   c.b = b;
   c.part = manifold.part;
@@ -25,25 +24,49 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
   c.inverse_mass_B = bodies.inverse_mass[B];
   c.inverse_inertia_A = place_A.inverse_inertia_W;
   c.inverse_inertia_B = place_B.inverse_inertia_W;
+  c.turn_A = c.turn_B = Rotation::Identity();
+  c.is_ahead = false;
+  c.friction = c.restitution = c.press = 0;
+  c.carrying = 0;
+  c.is_met = false;
   tangents(c.n, c.t1, c.t2);
   c.count = manifold.count;
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
+    p.lambda = p.force = p.press = 0;
+    p.lambda_t = p.force_t = Eigen::Vector2d::Zero();
     p.rA = manifold.points[i].p_W - place_A.x;
     p.rB = manifold.points[i].p_W - place_B.x;
     p.s0 = p.s = manifold.points[i].separation;
     p.feature = manifold.points[i].feature;
   }
-  return c;
+}
+
+void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
+                    const BodyArrays& bodies, std::span<const Matrix> inverse_inertia_W) {
+  const auto A = static_cast<std::size_t>(a);
+  const auto B = static_cast<std::size_t>(b);
+  set_constraint(c, manifold, a, b, bodies, BodyPlace{bodies.x[A], inverse_inertia_W[A]},
+                 BodyPlace{bodies.x[B], inverse_inertia_W[B]});
 }
 
 ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W) {
-  const auto A = static_cast<std::size_t>(a);
-  const auto B = static_cast<std::size_t>(b);
-  return make_constraint(manifold, a, b, bodies, BodyPlace{bodies.x[A], inverse_inertia_W[A]},
-                         BodyPlace{bodies.x[B], inverse_inertia_W[B]});
+  ContactConstraint c;
+  set_constraint(c, manifold, a, b, bodies, inverse_inertia_W);
+  return c;
+}
+
+void look_at(ContactConstraint& c) {
+  c.press = 0;
+  c.carrying = 0;
+  c.is_met = false;
+  for (const ConstraintPoint& p : c.used()) {
+    c.press = std::max(c.press, p.press);
+    c.carrying += p.force > 0 ? 1 : 0;
+    c.is_met |= p.s0 <= 0;
+  }
 }
 
 void find_effective_masses(ContactConstraint& c) {

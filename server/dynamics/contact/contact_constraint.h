@@ -56,6 +56,9 @@ struct ContactConstraint {
   bool is_ahead = false;  ///< they are others
   double friction = 0;
   double restitution = 0;
+  double press = 0;     ///< m/s^2: the largest of its points at the tick's start
+  int carrying = 0;     ///< points with a force there
+  bool is_met = false;  ///< a point without a gap there
   int count = 0;
   std::array<ConstraintPoint, kManifoldPoints> points;
 
@@ -75,16 +78,20 @@ struct BodyPlace {
   Matrix inverse_inertia_W;  ///< 1/(kg m^2)
 };
 
-/// The constraint of a manifold of bodies that are in these places, and no impulses yet.
-ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
-                                  const BodyArrays& bodies, const BodyPlace& place_A,
-                                  const BodyPlace& place_B);
+/// Overwrites `c` with the constraint of a manifold of bodies that are in these places, without
+/// forces yet.
+void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
+                    const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B);
 
-/// The constraint of a manifold, with arms and effective masses for the bodies' present pose and no
-/// impulses yet. `inverse_inertia_W` is indexed by slot.
+/// Likewise, at the bodies' present poses. `inverse_inertia_W` is indexed by slot.
+void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
+                    const BodyArrays& bodies, std::span<const Matrix> inverse_inertia_W);
 ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);
+
+/// What is known of a constraint at a glance: press, carrying, is_met. Once its forces are set.
+void look_at(ContactConstraint& c);
 
 /// K of each point.
 void find_effective_masses(ContactConstraint& c);

@@ -35,15 +35,6 @@ constexpr int kHitsMax = 32;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-Eigen::Map<Vector> linear(BodyLine& line) { return Eigen::Map<Vector>(line.linear); }
-Eigen::Map<Vector> angular(BodyLine& line) { return Eigen::Map<Vector>(line.angular); }
-Eigen::Map<const Vector> linear(const BodyLine& line) {
-  return Eigen::Map<const Vector>(line.linear);
-}
-Eigen::Map<const Vector> angular(const BodyLine& line) {
-  return Eigen::Map<const Vector>(line.angular);
-}
-
 }  // namespace
 
 void Impacts::begin(std::span<ContactConstraint* const> constraints, const BodyLines& bodies) {

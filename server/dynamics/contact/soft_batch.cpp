@@ -57,12 +57,6 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   kernels_ = &contact_kernels_of(tick.lanes);
   step_ = sub_step_of(tick.dt / tick.sub_steps);
   bodies_.begin(tick, arrays, inverse_inertia_W);
-  for (ContactConstraint* c : constraints) {
-    for (ConstraintPoint& p : c->used()) {
-      p.lambda = step_.h * p.force;
-      p.lambda_t = step_.h * p.force_t;
-    }
-  }
   sort(constraints);
 
   for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
@@ -73,9 +67,9 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
     bodies_.integrate_positions(step_.h, kTolerances.smooth_factor);
     relax();
   }
-  blocks_.unpack();
+  blocks_.unpack(step_.h);
   bodies_.finish();
-  for (ContactConstraint* c : constraints) {
+  for (ContactConstraint* c : singles_) {
     for (ConstraintPoint& p : c->used()) {
       p.force = p.lambda / step_.h;
       p.force_t = p.lambda_t / step_.h;
@@ -85,12 +79,17 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
 
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  blocks_.pack(constraints, bodies_);
+  blocks_.pack(constraints, bodies_, step_.h);
   for (const BlockRun& run : blocks_.runs()) kernels_->prepare(run, step_);
   singles_.clear();
   for (ContactConstraint* c : constraints) {
     if (c->is_ahead || c->restitution > 0) find_effective_masses(*c);
-    if (c->is_ahead) singles_.push_back(c);
+    if (!c->is_ahead) continue;
+    singles_.push_back(c);
+    for (ConstraintPoint& p : c->used()) {
+      p.lambda = step_.h * p.force;
+      p.lambda_t = step_.h * p.force_t;
+    }
   }
   impacts_.begin(constraints, bodies_);
 }

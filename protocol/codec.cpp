@@ -18,7 +18,7 @@ auto with_wire_type(MessageKind kind, F&& f) {
     case MessageKind::hello:
       return f(wire::hello_v1{});
     case MessageKind::spawn:
-      return f(wire::spawn_v2{});
+      return f(wire::spawn_v3{});
     case MessageKind::despawn:
       return f(wire::despawn_v1{});
     case MessageKind::push:
@@ -202,7 +202,7 @@ std::optional<Command> decode_command(MessageKind kind, ByteView payload) {
     case MessageKind::hello:
       return decode_command_as<Hello, wire::hello_v1>(kind, payload);
     case MessageKind::spawn:
-      return decode_command_as<Spawn, wire::spawn_v2>(kind, payload);
+      return decode_command_as<Spawn, wire::spawn_v3>(kind, payload);
     case MessageKind::despawn:
       return decode_command_as<Despawn, wire::despawn_v1>(kind, payload);
     case MessageKind::push:

@@ -137,10 +137,20 @@ Result check_centre(const BodySpec& spec) {
   return is_zero(spec.p_BoBcm) ? Result::ok : Result::bad_mass;
 }
 
+bool is_rule(CombineRule rule) {
+  return rule >= CombineRule::by_default && rule <= CombineRule::maximum;
+}
+
 Result check_material(const Material& m) {
-  if (!std::isfinite(m.friction) || !std::isfinite(m.restitution)) return Result::not_finite;
-  const bool is_in_range =
-      m.friction >= 0 && m.friction <= kFrictionMax && m.restitution >= 0 && m.restitution <= 1;
+  const std::pair<double, double> upto[] = {{m.friction, kFrictionMax},
+                                            {m.restitution, 1},
+                                            {m.rolling_friction_m, kTurningFrictionMax_m},
+                                            {m.torsional_friction_m, kTurningFrictionMax_m}};
+  bool is_in_range = is_rule(m.friction_rule) && is_rule(m.restitution_rule);
+  for (const auto& [value, most] : upto) {
+    if (!std::isfinite(value)) return Result::not_finite;
+    is_in_range = is_in_range && value >= 0 && value <= most;
+  }
   return is_in_range ? Result::ok : Result::out_of_range;
 }
 

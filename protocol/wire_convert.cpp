@@ -51,7 +51,7 @@ bool is_integer(std::int64_t value, std::int64_t lowest = 0) {
 
 // --- items ------------------------------------------------------------------------------------
 
-void to_wire(const BodySpec& v, wire::body_spec_v2& w) {
+void to_wire(const BodySpec& v, wire::body_spec_v3& w) {
   w.kind = static_cast<std::int32_t>(v.kind);
   w.shape = static_cast<std::int32_t>(v.shape.kind);
   std::copy(v.shape.parameters.begin(), v.shape.parameters.end(), w.shape_parameters);
@@ -59,10 +59,14 @@ void to_wire(const BodySpec& v, wire::body_spec_v2& w) {
   w.density_kgpm3 = v.density_kgpm3;
   put(v.inertia_kgm2, w.inertia_kgm2);
   put(v.inertia_products_kgm2, w.inertia_products_kgm2);
-  w.sets = v.sets_centre_of_mass ? wire::body_spec_v2::CENTRE_OF_MASS : 0;
+  w.sets = v.sets_centre_of_mass ? wire::body_spec_v3::CENTRE_OF_MASS : 0;
   put(v.p_BoBcm, w.p_BoBcm_m);
   w.friction = v.material.friction;
   w.restitution = v.material.restitution;
+  w.rolling_friction_m = v.material.rolling_friction_m;
+  w.torsional_friction_m = v.material.torsional_friction_m;
+  w.friction_rule = static_cast<std::int32_t>(v.material.friction_rule);
+  w.restitution_rule = static_cast<std::int32_t>(v.material.restitution_rule);
   put(v.p_WBo, w.p_WBo_m);
   put(v.q_WB, w.q_WB);
   put(v.v_WBcm, w.v_WBcm_mps);
@@ -70,7 +74,7 @@ void to_wire(const BodySpec& v, wire::body_spec_v2& w) {
   put(v.name, w.name);
 }
 
-bool from_wire(const wire::body_spec_v2& w, BodySpec& v) {
+bool from_wire(const wire::body_spec_v3& w, BodySpec& v) {
   std::copy(std::begin(w.shape_parameters), std::end(w.shape_parameters),
             v.shape.parameters.begin());
   v.mass_kg = w.mass_kg;
@@ -79,13 +83,18 @@ bool from_wire(const wire::body_spec_v2& w, BodySpec& v) {
   v.inertia_products_kgm2 = vector(w.inertia_products_kgm2);
   v.sets_centre_of_mass = w.sets != 0;
   v.p_BoBcm = vector(w.p_BoBcm_m);
-  v.material = {w.friction, w.restitution};
+  v.material.friction = w.friction;
+  v.material.restitution = w.restitution;
+  v.material.rolling_friction_m = w.rolling_friction_m;
+  v.material.torsional_friction_m = w.torsional_friction_m;
   v.p_WBo = vector(w.p_WBo_m);
   v.q_WB = rotation(w.q_WB);
   v.v_WBcm = vector(w.v_WBcm_mps);
   v.w_WB = vector(w.w_WB_radps);
   return get(w.kind, BodyKind::dynamic, v.kind) && get(w.shape, ShapeKind::polygon, v.shape.kind) &&
-         w.sets >= 0 && w.sets <= wire::body_spec_v2::CENTRE_OF_MASS && get(w.name, v.name);
+         get(w.friction_rule, CombineRule::maximum, v.material.friction_rule) &&
+         get(w.restitution_rule, CombineRule::maximum, v.material.restitution_rule) &&
+         w.sets >= 0 && w.sets <= wire::body_spec_v3::CENTRE_OF_MASS && get(w.name, v.name);
 }
 
 void to_wire(BodyId v, std::int64_t& w) { w = v.value; }
@@ -258,8 +267,8 @@ bool from_wire(const wire::hello_v1& w, Hello& v) {
   return get(w.name, v.name);
 }
 
-wire::spawn_v2 to_wire(const Spawn& v) { return list_to_wire<wire::spawn_v2>(v.bodies); }
-bool from_wire(const wire::spawn_v2& w, Spawn& v) { return list_from_wire(w.bodies, v.bodies); }
+wire::spawn_v3 to_wire(const Spawn& v) { return list_to_wire<wire::spawn_v3>(v.bodies); }
+bool from_wire(const wire::spawn_v3& w, Spawn& v) { return list_from_wire(w.bodies, v.bodies); }
 
 wire::despawn_v1 to_wire(const Despawn& v) { return list_to_wire<wire::despawn_v1>(v.bodies); }
 bool from_wire(const wire::despawn_v1& w, Despawn& v) {

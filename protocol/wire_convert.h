@@ -13,7 +13,7 @@
 #include <cradle_wire/receipts_v1.hpp>
 #include <cradle_wire/set_gravity_v1.hpp>
 #include <cradle_wire/set_motion_v1.hpp>
-#include <cradle_wire/spawn_v2.hpp>
+#include <cradle_wire/spawn_v3.hpp>
 #include <cradle_wire/world_status_v2.hpp>
 #include <cradle_wire/wrench_v1.hpp>
 
@@ -25,7 +25,7 @@ namespace wire = cradle_wire;
 
 wire::command_header_v1 to_wire(const CommandHeader& v);
 wire::hello_v1 to_wire(const Hello& v);
-wire::spawn_v2 to_wire(const Spawn& v);
+wire::spawn_v3 to_wire(const Spawn& v);
 wire::despawn_v1 to_wire(const Despawn& v);
 wire::wrench_v1 to_wire(const Push& v);
 wire::clear_wrenches_v1 to_wire(const ClearWrenches& v);
@@ -39,7 +39,7 @@ wire::events_v2 to_wire(const Events& v);
 
 bool from_wire(const wire::command_header_v1& w, CommandHeader& v);
 bool from_wire(const wire::hello_v1& w, Hello& v);
-bool from_wire(const wire::spawn_v2& w, Spawn& v);
+bool from_wire(const wire::spawn_v3& w, Spawn& v);
 bool from_wire(const wire::despawn_v1& w, Despawn& v);
 bool from_wire(const wire::wrench_v1& w, Push& v);
 bool from_wire(const wire::clear_wrenches_v1& w, ClearWrenches& v);
@@ -52,7 +52,7 @@ bool from_wire(const wire::body_states_v1& w, StateChunk& v);
 bool from_wire(const wire::events_v2& w, Events& v);
 
 // The one array of each message that has a count.
-inline auto& items_of(wire::spawn_v2& w) { return w.bodies; }
+inline auto& items_of(wire::spawn_v3& w) { return w.bodies; }
 inline auto& items_of(wire::despawn_v1& w) { return w.removed; }
 inline auto& items_of(wire::wrench_v1& w) { return w.wrenches; }
 inline auto& items_of(wire::clear_wrenches_v1& w) { return w.cleared; }

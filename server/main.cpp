@@ -136,6 +136,7 @@ void print_limits() {
   PRINT(kInertiaMin_kgm2);
   PRINT(kInertiaMax_kgm2);
   PRINT(kFrictionMax);
+  PRINT(kTurningFrictionMax_m);
   PRINT(kWrenchMax);
   PRINT(kGravityMax_mps2);
   PRINT(kReceiptsKept);

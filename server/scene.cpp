@@ -41,6 +41,10 @@ constexpr std::string_view kBodyKeys[] = {"name",
                                           "centre_of_mass_m",
                                           "friction",
                                           "restitution",
+                                          "rolling_friction_m",
+                                          "torsional_friction_m",
+                                          "friction_rule",
+                                          "restitution_rule",
                                           "position_m",
                                           "orientation_wxyz",
                                           "rotation_rad",
@@ -66,6 +70,12 @@ constexpr std::string_view kLatticeKeys[] = {"count",
 constexpr std::pair<std::string_view, BodyKind> kBodyKinds[] = {{"static", BodyKind::fixed},
                                                                 {"kinematic", BodyKind::kinematic},
                                                                 {"dynamic", BodyKind::dynamic}};
+constexpr std::pair<std::string_view, CombineRule> kRules[] = {
+    {"average", CombineRule::average},
+    {"geometric_mean", CombineRule::geometric_mean},
+    {"minimum", CombineRule::minimum},
+    {"multiply", CombineRule::multiply},
+    {"maximum", CombineRule::maximum}};
 constexpr std::pair<std::string_view, WrenchQuantity> kQuantities[] = {
     {"force", WrenchQuantity::force},
     {"torque", WrenchQuantity::torque},
@@ -221,6 +231,10 @@ class SceneReader {
     shapes_.read(table, spec);
     read("friction", spec.material.friction);
     read("restitution", spec.material.restitution);
+    read("rolling_friction_m", spec.material.rolling_friction_m);
+    read("torsional_friction_m", spec.material.torsional_friction_m);
+    table.read("friction_rule", spec.material.friction_rule, kRules);
+    table.read("restitution_rule", spec.material.restitution_rule, kRules);
     read("position_m", spec.p_WBo);
     read_orientation(table, spec.q_WB);
     read("velocity_mps", spec.v_WBcm);

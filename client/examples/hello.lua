@@ -9,7 +9,7 @@
 -- often. Ids, sequences, ticks and epochs stay below 2^53: a double holds them.
 
 local lcm = require 'lcm'
-local versions = { body_spec = 2, spawn = 2, world_status = 2 } -- of the others: 1
+local versions = { body_spec = 3, spawn = 3, world_status = 2 } -- of the others: 1
 local function wire(name) return require('cradle_wire.' .. name .. '_v' .. (versions[name] or 1)) end
 
 -- liblcm-lua 1.3.1 unpacks at most 20 numbers at once; the heartbeat has 27 in a row: one by one.

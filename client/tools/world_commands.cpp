@@ -51,6 +51,25 @@ int spawn(Session& session, const BodySpec& spec) {
   return kExitOk;
 }
 
+/// Beyond friction and restitution.
+void add_material(CLI::App* app, Material& material) {
+  app->add_option("--rolling-friction", material.rolling_friction_m,
+                  "greatest torque against rolling, by the normal force (m, default 0)");
+  app->add_option("--torsional-friction", material.torsional_friction_m,
+                  "likewise against turning about the normal (m, default 0)");
+  const std::map<std::string, CombineRule> rules = {{"average", CombineRule::average},
+                                                    {"geometric_mean", CombineRule::geometric_mean},
+                                                    {"minimum", CombineRule::minimum},
+                                                    {"multiply", CombineRule::multiply},
+                                                    {"maximum", CombineRule::maximum}};
+  const auto add_rule = [&](const std::string& flag, CombineRule& rule, const std::string& help) {
+    app->add_option(flag, rule, help)->transform(CLI::CheckedTransformer(rules))->type_name("RULE");
+  };
+  add_rule("--friction-rule", material.friction_rule,
+           "of two bodies: average, geometric_mean (default), minimum, multiply, maximum");
+  add_rule("--restitution-rule", material.restitution_rule, "likewise (default maximum)");
+}
+
 void add_spawn(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<SpawnArguments>();
   BodySpec& spec = arguments->spec;
@@ -95,6 +114,7 @@ void add_spawn(CLI::App& app, Action& action) {
   sub->add_option("--density", spec.density_kgpm3, "kg/m^3 (default 1000)")->excludes(mass);
   sub->add_option("--friction", spec.material.friction, "Coulomb coefficient (default 0.5)");
   sub->add_option("--restitution", spec.material.restitution, "0 .. 1 (default 0)");
+  add_material(sub, spec.material);
   sub->callback([&action, arguments] {
     if (!arguments->shape_up()) {
       throw CLI::ValidationError("--size",

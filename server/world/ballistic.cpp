@@ -7,6 +7,7 @@
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
 #include "server/dynamics/schemes/scheme.h"
+#include "server/world/contact_material.h"
 #include "server/world/plane.h"
 #include "server/world/state.h"
 
@@ -128,8 +129,12 @@ class Bounces final : public BallSurroundings {
   void add_pair(const BodyPair& pair, std::int32_t a, std::int32_t b) {
     const Material& A = s_.bodies.material[index(pair.a)];
     const Material& B = s_.bodies.material[index(pair.b)];
-    events_.pairs.push_back(
-        {a, b, std::max(A.restitution, B.restitution), std::sqrt(A.friction * B.friction)});
+    const ContactMaterial material = combined(A, B);
+    if (material.rolling_m > 0 || material.torsional_m > 0) {
+      const auto number = static_cast<std::int32_t>(events_.pairs.size());
+      events_.turnings.push_back({number, material.rolling_m, material.torsional_m});
+    }
+    events_.pairs.push_back({a, b, material.restitution, material.friction});
   }
 
   void add_other(const BodyPair& pair, std::int32_t ball, std::int32_t other) {

@@ -11,6 +11,7 @@ void ContactCache::Reader::restore(ContactConstraint& c) {
   while (entry_ != end_ && std::pair(entry_->a, entry_->b) < pair) ++entry_;
   for (auto e = entry_; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
     if (e->part != c.part) continue;
+    if (e->feature == kTurningFeature) c.torque = e->friction;
     for (ConstraintPoint& p : c.used()) {
       if (p.feature != e->feature) continue;
       p.force = e->force;
@@ -28,6 +29,10 @@ void ContactCache::store(std::span<const std::int64_t> ids,
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
                           c.part, p.feature, p.force, p.press,
                           p.force_t.x() * c.t1 + p.force_t.y() * c.t2});
+    }
+    if (c.turns_heavily()) {
+      entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
+                          c.part, kTurningFeature, 0, 0, c.torque});
     }
   }
 }

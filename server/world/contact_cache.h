@@ -10,7 +10,8 @@
 namespace cradle {
 
 /// One point's forces, by the ids of its bodies (a < b), and which of their parts and
-/// features meet.
+/// features meet. A contact with rolling or torsional friction has one more: kTurningFeature, with
+/// its torque (N m, in W) for friction.
 struct CachedForce {
   std::int64_t a = 0, b = 0;
   std::uint64_t part = 0;
@@ -19,6 +20,9 @@ struct CachedForce {
   double press = 0;                  ///< m/s^2, see ConstraintPoint
   Vector friction = Vector::Zero();  ///< N, in W: survives a turn of the tangents
 };
+
+/// Of no point: their features have 32 bits.
+inline constexpr std::uint64_t kTurningFeature = ~std::uint64_t{0};
 
 /// Sorted by (a, b).
 class ContactCache {

@@ -10,6 +10,7 @@
 #include "server/collision/narrow_phase.h"
 #include "server/collision/surface.h"
 #include "server/dynamics/rotation.h"
+#include "server/world/contact_material.h"
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
 #include "server/world/quarantine.h"
@@ -240,10 +241,12 @@ void World::Steps::prepare(State& s) {
     } else {
       set_constraint(c, *touch.manifold, a, b, bodies, s.inverse_inertia_W);
     }
-    const Material& A = s.bodies.material[index(a)];
-    const Material& B = s.bodies.material[index(b)];
-    c.friction = std::sqrt(A.friction * B.friction);
-    c.restitution = std::max(A.restitution, B.restitution);
+    const ContactMaterial material =
+        combined(s.bodies.material[index(a)], s.bodies.material[index(b)]);
+    c.friction = material.friction;
+    c.restitution = material.restitution;
+    c.rolling_m = material.rolling_m;
+    c.torsional_m = material.torsional_m;
     last_tick.restore(c);
     look_at(c);
     s.overlaps.add(c);

@@ -154,6 +154,16 @@ class CommandMaker {
     if (in_.one_in(32)) s.parameters[in_.below(8)] = number();
     return s;
   }
+  Material material() {
+    Material m;
+    m.friction = number();
+    m.restitution = number();
+    if (in_.one_in(2)) m.rolling_friction_m = positive();
+    if (in_.one_in(2)) m.torsional_friction_m = positive();
+    m.friction_rule = one_of(CombineRule::maximum);
+    m.restitution_rule = one_of(CombineRule::maximum);
+    return m;
+  }
   BodySpec spec() {
     BodySpec s;
     s.kind = one_of(BodyKind::dynamic);
@@ -164,7 +174,7 @@ class CommandMaker {
     if (in_.one_in(16)) s.inertia_products_kgm2 = vector();
     s.sets_centre_of_mass = in_.one_in(8);
     if (s.sets_centre_of_mass) s.p_BoBcm = vector();
-    if (in_.one_in(4)) s.material = {number(), number()};
+    if (in_.one_in(4)) s.material = material();
     s.p_WBo = vector();
     s.q_WB = rotation();
     if (in_.one_in(2)) s.v_WBcm = vector();

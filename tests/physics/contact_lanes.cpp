@@ -6,6 +6,7 @@
 #include "server/dynamics/contact/contact_blocks.h"
 #include "server/dynamics/contact/contact_kernels.h"
 #include "server/dynamics/contact/single_contacts.h"
+#include "server/dynamics/contact/turning_contact.h"
 #include "server/dynamics/free_flight.h"
 #include "tests/physics/worlds.h"
 
@@ -39,6 +40,8 @@ auto heap(int lanes, int ticks) {
     if (i % 4 == 3) spec.shape = Shape::capsule(0.15, 0.4);
     spec.w_WB = {uniform(random, -9, 9), uniform(random, -9, 9), uniform(random, -9, 9)};
     if (i % 7 == 0) spec.material.restitution = 0.5;
+    if (i % 5 == 0) spec.material.rolling_friction_m = 0.02;
+    if (i % 5 == 1) spec.material.torsional_friction_m = 0.03;
     add(world, spec);
   }
   steps(world, ticks);
@@ -291,6 +294,44 @@ TEST_CASE("a manifold that sticks stops at once, one that cannot slides within i
   }
   CHECK(stuck > 30);
   CHECK(slid > 30);
+}
+
+TEST_CASE("rolling and torsional friction stop what bodies will turn by, when they will touch") {
+  // The contact is that of another attitude, in which a body that tumbles has turn * w of its line.
+  // Sliding: all turning against each other stops; sticking: rolling does, and points go on as they
+  // were in the tangent plane.
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Tangle tangle(6, 0, 1, seed);
+    tangle.add_contact_of(0, seed % 2 == 0 ? 1 : 5, 1);  // of two that yield; of a driven one
+    ContactConstraint& c = tangle.constraints[0];
+    c.is_ahead = true;
+    c.turn_A = tangle.q[2];
+    c.turn_B = tangle.q[3];
+    c.inverse_inertia_A = c.turn_A * c.inverse_inertia_A * c.turn_A.conjugate();
+    c.inverse_inertia_B = c.turn_B * c.inverse_inertia_B * c.turn_B.conjugate();
+    const bool sticks = seed % 4 < 2;
+    c.friction = sticks ? 1e4 : 0;
+    c.rolling_m = 1e6;
+    c.torsional_m = sticks ? 0 : 1e6;
+    c.points[0].lambda = 1;
+    BodyLines bodies = tangle.lines();
+    const auto w = [&](std::int32_t slot, const Rotation& turn) {
+      const Vector line = bodies.w(bodies.line(slot));
+      return bodies.tumbles(bodies.line(slot)) ? Vector(turn * line) : line;
+    };
+    const auto slip = [&]() -> Vector {
+      return bodies.v(bodies.line(c.b)) + w(c.b, c.turn_B).cross(c.points[0].rB) -
+             bodies.v(bodies.line(c.a)) - w(c.a, c.turn_A).cross(c.points[0].rA);
+    };
+    const Vector before = slip();
+    TurningContact turning(c, bodies, nullptr, 0);
+    turning.warm_start(bodies, kStep.h);
+    for (int sweep = 0; sweep < 2000; ++sweep) turning.rub(bodies);
+    const Vector W = w(c.b, c.turn_B) - w(c.a, c.turn_A), change = slip() - before;
+    CAPTURE(seed);
+    CHECK((sticks ? Vector(W - W.dot(c.n) * c.n) : W).norm() < 1e-9);
+    if (sticks) CHECK((change - change.dot(c.n) * c.n).norm() < 1e-9);
+  }
 }
 
 TEST_CASE("a body without usable numbers spoils nobody that it does not touch") {

@@ -53,7 +53,7 @@ TEST_CASE("every key of a body is read") {
   expected.shape = Shape::box({1, 2, 3});
   expected.mass_kg = 4;
   expected.inertia_kgm2 = {5, 6, 7};
-  expected.material = {0.25, 0.75};
+  expected.material = {0.25, 0.75, 0.01, 0.02, CombineRule::minimum, CombineRule::average};
   expected.p_WBo = {8, 9, 10};
   expected.q_WB = {0.5, -0.5, 0.5, -0.5};
   expected.v_WBcm = {11, 12, 13};
@@ -67,6 +67,10 @@ mass_kg = 4
 inertia_kgm2 = [5, 6, 7]
 friction = 0.25
 restitution = 0.75
+rolling_friction_m = 0.01
+torsional_friction_m = 0.02
+friction_rule = "minimum"
+restitution_rule = "average"
 position_m = [8, 9, 10]
 orientation_wxyz = [0.5, -0.5, 0.5, -0.5]
 velocity_mps = [11, 12, 13]
@@ -222,6 +226,10 @@ TEST_CASE("a wrong scene is refused with file, line and reason") {
       // bodies
       {"[[body]]\nkind = 'solid'",
        "x.toml:2: kind: \"solid\" is none of static, kinematic, dynamic"},
+      {"[[body]]\nmass_kg = 1\nfriction_rule = 'default'",
+       "x.toml:3: friction_rule: \"default\" is none of average, geometric_mean, minimum"},
+      {"[[body]]\nmass_kg = 1\nrestitution_rule = 'most'",
+       "x.toml:3: restitution_rule: \"most\" is none of average, geometric_mean, minimum"},
       {"[[body]]\nshape = 'ball'", "x.toml:2: shape: \"ball\" is none of none, sphere, box"},
       {"[[body]]\n\nshape = 'sphere'", "x.toml:3: shape: needs radius_m"},
       {"[[body]]\nshape = 'box'", "x.toml:2: shape: needs half_extents_m"},
@@ -255,6 +263,8 @@ TEST_CASE("a wrong scene is refused with file, line and reason") {
       {point + "centre_of_mass_m = [0, 0, 1e7]", "x.toml:3: centre_of_mass_m: out of range"},
       {point + "friction = -0.1", "x.toml:3: friction: out of range"},
       {point + "restitution = 1.1", "x.toml:3: restitution: out of range"},
+      {point + "rolling_friction_m = -1e-9", "x.toml:3: rolling_friction_m: out of range"},
+      {point + "torsional_friction_m = 1.1e6", "x.toml:3: torsional_friction_m: out of range"},
       {point + "position_m = [0, 0, 1e9]", "x.toml:3: position_m: out of range"},
       {point + "position_m = [0, 0, nan]", "x.toml:3: position_m: must be finite"},
       {point + "orientation_wxyz = [0, 0, 0, 0]", "x.toml:3: orientation_wxyz: a quaternion"},

@@ -109,6 +109,12 @@ const Field<BodySpec> kMass = [](BodySpec& s) -> double& { return s.mass_kg; };
 const Field<BodySpec> kDensity = [](BodySpec& s) -> double& { return s.density_kgpm3; };
 const Field<BodySpec> kFriction = [](BodySpec& s) -> double& { return s.material.friction; };
 const Field<BodySpec> kRestitution = [](BodySpec& s) -> double& { return s.material.restitution; };
+const Field<BodySpec> kRolling = [](BodySpec& s) -> double& {
+  return s.material.rolling_friction_m;
+};
+const Field<BodySpec> kTorsional = [](BodySpec& s) -> double& {
+  return s.material.torsional_friction_m;
+};
 Field<BodySpec> parameter(std::size_t i) {
   return [i](BodySpec& s) -> double& { return s.shape.parameters[i]; };
 }
@@ -116,7 +122,8 @@ Field<BodySpec> parameter(std::size_t i) {
 }  // namespace
 
 TEST_CASE("no number of a body may be infinite or not a number") {
-  std::vector<Field<BodySpec>> fields = {kMass, kDensity, kFriction, kRestitution};
+  std::vector<Field<BodySpec>> fields = {kMass,        kDensity, kFriction,
+                                         kRestitution, kRolling, kTorsional};
   for (std::size_t i = 0; i < 8; ++i) fields.push_back(parameter(i));
   append(fields, parts(&BodySpec::inertia_kgm2));
   append(fields, parts(&BodySpec::inertia_products_kgm2));
@@ -125,7 +132,7 @@ TEST_CASE("no number of a body may be infinite or not a number") {
   append(fields, parts(&BodySpec::q_WB));
   append(fields, parts(&BodySpec::v_WBcm));
   append(fields, parts(&BodySpec::w_WB));
-  REQUIRE(fields.size() == 4 + 8 + 3 + 3 + 3 + 3 + 4 + 3 + 3);  // every double of BodySpec
+  REQUIRE(fields.size() == 6 + 8 + 3 + 3 + 3 + 3 + 4 + 3 + 3);  // every double of BodySpec
   check_finite(brick(), fields);
   for (const BodyKind kind : {BodyKind::fixed, BodyKind::kinematic}) {
     BodySpec still = brick();
@@ -175,6 +182,15 @@ TEST_CASE("sizes, masses and materials are taken within their limits") {
   check_range(ball(), kMass, kMassMin_kg, kMassMax_kg);
   check_range(ball(), kFriction, 0, kFrictionMax);
   check_range(ball(), kRestitution, 0, 1);
+  check_range(ball(), kRolling, 0, kTurningFrictionMax_m);
+  check_range(ball(), kTorsional, 0, kTurningFrictionMax_m);
+  for (CombineRule Material::*rule : {&Material::friction_rule, &Material::restitution_rule}) {
+    BodySpec spec = ball();
+    for (int number = -1; number <= 6; ++number) {
+      spec.material.*rule = static_cast<CombineRule>(number);
+      CHECK(validate(spec) == (number < 0 || number > 5 ? Result::out_of_range : Result::ok));
+    }
+  }
 }
 
 TEST_CASE("a shape has its own sizes, positive, and no others") {

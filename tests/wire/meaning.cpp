@@ -89,6 +89,8 @@ TEST_CASE("unknown enumerators and impossible ids are refused in commands") {
   auto spawn = command<Spawn>(MessageKind::spawn);
   CHECK(has_last(spawn, spawn.bodies[1].kind, BodyKind::dynamic));
   CHECK(has_last(spawn, spawn.bodies[1].shape.kind, ShapeKind::polygon));
+  CHECK(has_last(spawn, spawn.bodies[1].material.friction_rule, CombineRule::maximum));
+  CHECK(has_last(spawn, spawn.bodies[1].material.restitution_rule, CombineRule::maximum));
 
   auto push = command<Push>(MessageKind::push);
   Wrench& wrench = push.wrenches[1];

@@ -131,7 +131,12 @@ class Samples {
     s.inertia_products_kgm2 = vector();
     s.sets_centre_of_mass = coin();
     s.p_BoBcm = vector();
-    s.material = {number(), number()};
+    s.material = {number(),
+                  number(),
+                  number(),
+                  number(),
+                  one_of(CombineRule::maximum),
+                  one_of(CombineRule::maximum)};
     s.p_WBo = vector();
     s.q_WB = rotation();
     s.v_WBcm = vector();

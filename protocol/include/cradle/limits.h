@@ -28,7 +28,8 @@ inline constexpr double kMassMax_kg = 1e15;
 inline constexpr double kInertiaMin_kgm2 = 1e-18;
 inline constexpr double kInertiaMax_kgm2 = 1e27;
 inline constexpr double kFrictionMax = 100;
-inline constexpr double kWrenchMax = 1e18;  ///< magnitude of any wrench, in its unit
+inline constexpr double kTurningFrictionMax_m = 1e6;  ///< rolling and torsional
+inline constexpr double kWrenchMax = 1e18;            ///< magnitude of any wrench, in its unit
 inline constexpr double kGravityMax_mps2 = 1e4;
 
 // Commands.

@@ -149,9 +149,26 @@ struct Shape {
   friend bool operator==(const Shape&, const Shape&) = default;
 };
 
+/// How a coefficient of two bodies is made of those of each. Where they name different rules, the
+/// one that comes later here counts: any that is named is stronger than none.
+enum class CombineRule : std::int32_t {
+  by_default = 0,  ///< none is named: the geometric mean of friction, the maximum of restitution
+  average = 1,
+  geometric_mean = 2,
+  minimum = 3,
+  multiply = 4,
+  maximum = 5,
+};
+
 struct Material {
-  double friction = 0.5;     ///< Coulomb coefficient; of two bodies: sqrt of the product
-  double restitution = 0.0;  ///< 0 .. 1; of two bodies: the larger
+  double friction = 0.5;     ///< Coulomb coefficient
+  double restitution = 0.0;  ///< 0 .. 1
+  /// m: the greatest torque against rolling, by the normal force. Of two bodies the larger counts.
+  double rolling_friction_m = 0.0;
+  /// m: likewise against turning about the contact's normal.
+  double torsional_friction_m = 0.0;
+  CombineRule friction_rule = CombineRule::by_default;
+  CombineRule restitution_rule = CombineRule::by_default;
   friend bool operator==(const Material&, const Material&) = default;
 };
 

@@ -146,10 +146,14 @@ void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const 
                          double h) {
   count_groups(constraints, bodies);
   make_runs(bodies.nobody(), bodies.waste());
+  turning_.clear();
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     std::int32_t& next = counts_[index(groups_[k])];
     fill(blocks_[index(next / kBlockLanes)], next % kBlockLanes, *sources_[k],
          static_cast<std::int32_t>(k), h, bodies);
+    if (sources_[k]->turns_heavily()) {
+      turning_.push_back({sources_[k], &blocks_[index(next / kBlockLanes)], next % kBlockLanes});
+    }
     next += groups_[k] >= kGroupsAColour * kColours ? kBlockLanes : 1;
   }
 }

@@ -11,6 +11,13 @@
 
 namespace cradle {
 
+/// A contact with rolling or torsional friction, and where its impulses are.
+struct PlacedContact {
+  ContactConstraint* c;
+  ContactBlock* block;
+  int lane;
+};
+
 class ContactBlocks {
  public:
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
@@ -21,6 +28,8 @@ class ContactBlocks {
 
   /// To be gone through in order, each block after the one before.
   std::span<const BlockRun> runs() const { return runs_; }
+  /// Of those that are packed; until the next ones are.
+  std::span<const PlacedContact> turning() const { return turning_; }
 
  private:
   void count_groups(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
@@ -34,6 +43,7 @@ class ContactBlocks {
   std::vector<ContactBlock> blocks_;  // the first `used_` of them
   std::size_t used_ = 0;
   std::vector<BlockRun> runs_;
+  std::vector<PlacedContact> turning_;
 };
 
 }  // namespace cradle

@@ -26,7 +26,8 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.inverse_inertia_B = place_B.inverse_inertia_W;
   c.turn_A = c.turn_B = Rotation::Identity();
   c.is_ahead = false;
-  c.friction = c.restitution = c.press = 0;
+  c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = 0;
+  c.torque = Vector::Zero();
   c.carrying = 0;
   c.is_met = false;
   tangents(c.n, c.t1, c.t2);

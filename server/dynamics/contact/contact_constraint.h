@@ -56,12 +56,15 @@ struct ContactConstraint {
   bool is_ahead = false;  ///< they are others
   double friction = 0;
   double restitution = 0;
-  double press = 0;     ///< m/s^2: the largest of its points at the tick's start
-  int carrying = 0;     ///< points with a force there
-  bool is_met = false;  ///< a point without a gap there
+  double press = 0;                       ///< m/s^2: the largest of its points at the tick's start
+  int carrying = 0;                       ///< points with a force there
+  bool is_met = false;                    ///< a point without a gap there
+  double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
+  Vector torque = Vector::Zero();         ///< N m, in W, on B: of these two
   int count = 0;
   std::array<ConstraintPoint, kManifoldPoints> points;
 
+  bool turns_heavily() const { return rolling_m > 0 || torsional_m > 0; }
   std::span<ConstraintPoint> used() { return {points.data(), static_cast<std::size_t>(count)}; }
   std::span<const ConstraintPoint> used() const {
     return {points.data(), static_cast<std::size_t>(count)};

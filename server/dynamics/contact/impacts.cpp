@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "server/dynamics/contact/single_contacts.h"
+#include "server/dynamics/contact/turning_contact.h"
 
 namespace cradle {
 namespace {
@@ -265,7 +266,12 @@ void Impacts::reflect_in_order() {
 }
 
 void Impacts::rub(Point& point) {
-  if (point.impulse > 0) SingleContact(*point.c, *bodies_).rub(*point.p, point.impulse);
+  if (point.impulse > 0) {
+    SingleContact(*point.c, *bodies_).rub(*point.p, point.impulse);
+    if (point.c->turns_heavily()) {
+      TurningContact(*point.c, *bodies_, nullptr, 0).rub_at_impact(*bodies_, point.impulse);
+    }
+  }
   point.is_struck = false;
 }
 

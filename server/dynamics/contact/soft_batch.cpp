@@ -16,6 +16,7 @@
 //   relax: lambda += -vn / K, lambda >= 0; then friction, lambda_t += -vt / K_t with K_t the
 //   largest in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone) speculative
 //   points (s > 0): lambda += -(vn + s / h) / K in both.
+//   rolling and torsional friction come last, where there are any: turning_contact.cpp
 // Order: 2 in the position of smooth motion, 1 in impacts. Cost: about 100 ns a point and sub-step.
 #include "server/dynamics/contact/soft_batch.h"
 
@@ -69,6 +70,7 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   }
   blocks_.unpack(step_.h);
   bodies_.finish();
+  for (TurningContact& turning : turning_) turning.finish(step_.h);
   for (ContactConstraint* c : singles_) {
     for (ConstraintPoint& p : c->used()) {
       p.force = p.lambda / step_.h;
@@ -91,12 +93,20 @@ void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
       p.lambda_t = step_.h * p.force_t;
     }
   }
+  turning_.clear();
+  for (const auto& [c, block, lane] : blocks_.turning()) {
+    turning_.emplace_back(*c, bodies_, block, lane);
+  }
+  for (ContactConstraint* c : singles_) {
+    if (c->turns_heavily()) turning_.emplace_back(*c, bodies_, nullptr, 0);
+  }
   impacts_.begin(constraints, bodies_);
 }
 
 void SoftBatch::warm_start() {
   for (const BlockRun& run : blocks_.runs()) kernels_->warm_start(run, bodies_.velocities());
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).warm_start();
+  for (TurningContact& turning : turning_) turning.warm_start(bodies_, step_.h);
 }
 
 void SoftBatch::solve() {
@@ -109,6 +119,7 @@ void SoftBatch::relax() {
     kernels_->relax(run, step_, bodies_.velocities(), bodies_.motions());
   }
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).relax(step_);
+  for (TurningContact& turning : turning_) turning.rub(bodies_);
 }
 
 }  // namespace cradle

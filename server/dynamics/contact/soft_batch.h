@@ -8,6 +8,7 @@
 #include "server/dynamics/contact/contact_blocks.h"
 #include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/contact/impacts.h"
+#include "server/dynamics/contact/turning_contact.h"
 
 namespace cradle {
 
@@ -36,6 +37,7 @@ class SoftBatch {
   BodyLines bodies_;
   ContactBlocks blocks_;
   std::vector<ContactConstraint*> singles_;
+  std::vector<TurningContact> turning_;
   Impacts impacts_;
 };
 

@@ -39,6 +39,7 @@ void BallEvents::begin(double dt, const Vector& gravity) {
   balls.clear();
   obstacles.clear();
   pairs.clear();
+  turnings.clear();
 }
 
 double BallEvents::time_of(const BallPair& pair, double now) const {
@@ -292,7 +293,9 @@ void BallEvents::reflect_in_order() {
 /// Friction, with the spins.
 void BallEvents::rub(const Contact& contact, double t) {
   const BallPair& pair = pairs[index(contact.pair)];
-  if (pair.friction == 0 || contact.impulse <= 0) return;
+  if (contact.impulse <= 0) return;
+  if (!turnings.empty()) rub_turning(contact, t);
+  if (pair.friction == 0) return;
   Ball& a = balls[index(pair.a)];
   Ball* b = pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
   const Vector r_a = a.radius * contact.n;
@@ -309,6 +312,27 @@ void BallEvents::rub(const Contact& contact, double t) {
   push(contact, impulse);
   spin(a, -a.inverse_inertia * r_a.cross(impulse), t);
   if (b != nullptr) spin(*b, -b->inverse_inertia * b->radius * contact.n.cross(impulse), t);
+}
+
+/// Rolling and torsional friction, of spheres alike about all axes.
+void BallEvents::rub_turning(const Contact& contact, double t) {
+  const auto turning = std::ranges::lower_bound(turnings, contact.pair, {}, &PairTurning::pair);
+  if (turning == turnings.end() || turning->pair != contact.pair) return;
+  const BallPair& pair = pairs[index(contact.pair)];
+  Ball& a = balls[index(pair.a)];
+  Ball* b = pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
+  const double K = a.inverse_inertia + (b != nullptr ? b->inverse_inertia : 0);
+  if (K == 0) return;
+  const Vector W = (b != nullptr ? b->w : Vector(Vector::Zero())) - a.w;
+  const Vector W_n = contact.n.dot(W) * contact.n, W_t = W - W_n;
+  const auto stopping = [&](const Vector& part, double limit) {
+    const double size = part.norm();
+    return size * (1 / K) > limit ? Vector(-limit / size * part) : Vector(-1 / K * part);
+  };
+  const Vector impulse = stopping(W_n, turning->torsional_m * contact.impulse) +
+                         stopping(W_t, turning->rolling_m * contact.impulse);
+  spin(a, -a.inverse_inertia * impulse, t);
+  if (b != nullptr) spin(*b, b->inverse_inertia * impulse, t);
 }
 
 void BallEvents::spin(Ball& ball, const Vector& change, double t) {

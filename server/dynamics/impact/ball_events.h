@@ -30,7 +30,8 @@ class BallEvents {
  public:
   std::vector<Ball> balls;
   std::vector<Obstacle> obstacles;
-  std::vector<BallPair> pairs;  ///< sorted as events at the same time are to be
+  std::vector<BallPair> pairs;        ///< sorted as events at the same time are to be
+  std::vector<PairTurning> turnings;  ///< of those that have it, by pair, ascending
 
   /// Of a tick of `dt` seconds: nothing is there yet.
   void begin(double dt, const Vector& gravity);
@@ -79,6 +80,7 @@ class BallEvents {
   void push(const Contact& contact, const Vector& impulse);
   void push_normal(Contact& contact, double impulse);
   void rub(const Contact& contact, double t);
+  void rub_turning(const Contact& contact, double t);
   static void spin(Ball& ball, const Vector& change, double t);
   void rest_if_due(const Contact& contact, double t);
   double dt_ = 0;

@@ -46,6 +46,12 @@ struct BallPair {
   double time = std::numeric_limits<double>::infinity();  ///< s, of the impact that is expected
 };
 
+/// What a pair has beside friction, if it has any: the greatest angular impulses by the normal one.
+struct PairTurning {
+  std::int32_t pair = 0;
+  double rolling_m = 0, torsional_m = 0;
+};
+
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// s from the tick's beginning, not before `now`; kNever if it is later than `dt`.

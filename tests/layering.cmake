@@ -26,8 +26,8 @@ set(vocabulary "cradle/(types|result|limits|polygon|world_view|version|export)\\
 
 check(protocol/include/* "${pure}|${vocabulary}")
 check(protocol/* "${any_standard}|${vocabulary}|protocol/.*|cradle_wire/.*|lcm/lcm\\.h")
-check(server/collision/* "${pure}|emmintrin\\.h|${vocabulary}|server/collision/.*|Eigen/.*|fcl/.*|libqhull_r/.*")
-check(server/dynamics/* "${pure}|immintrin\\.h|${vocabulary}|server/(collision|dynamics)/.*|Eigen/.*")
+check(server/collision/* "${pure}|[ei]mmintrin\\.h|${vocabulary}|server/collision/.*|Eigen/.*|fcl/.*|libqhull_r/.*")
+check(server/dynamics/* "${pure}|${vocabulary}|server/(collision|dynamics)/.*|Eigen/.*")
 check(server/world/* "${pure}|${vocabulary}|protocol/(command|validate)\\.h|xxhash\\.h|\
 server/(collision|dynamics|world)/.*|Eigen/.*")
 check(server/* "${any_standard}|${vocabulary}|protocol/.*|server/.*|\
@@ -52,7 +52,7 @@ only("lcm/.*" protocol "transport/[a-z0-9_]+\\.cpp")
 only("cradle_wire/.*" protocol "(wire_convert|codec)\\.(h|cpp)")
 only("fcl/.*" server "collision/fcl_[a-z_]+\\.cpp")
 only("libqhull_r/.*" server "collision/convex_hull\\.cpp")
-only("[ei]mmintrin\\.h" server "collision/box_lanes\\.h|dynamics/contact/manifold_lanes\\.h")
+only("[ei]mmintrin\\.h" server "collision/(box_)?lanes\\.h")
 only("chrono" server "(daemon|metrics_page|pacer|publisher|stopwatch)\\.(h|cpp)")
 only("thread" server "(daemon|metrics_page|publisher|thread_pool)\\.(h|cpp)")
 only("spdlog/.*" server "log\\.cpp")

@@ -126,7 +126,7 @@ Manifold capsule_capsule(const Collider& capsule_A, const Collider& capsule_B, d
   if (!(separation <= margin)) return manifold;
   const bool coincident = distance < kTolerances.coincident_m;
   if (!coincident) {
-    manifold.normal_W = between / distance;
+    manifold.normal_W = between * (1 / distance);
   } else {
     manifold.normal_W = sine2 > 0 ? Vector(turn / std::sqrt(sine2)) : across(A.along);
   }

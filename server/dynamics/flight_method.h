@@ -27,8 +27,8 @@
 // 2, 75 with 1.
 #pragma once
 
+#include "server/collision/lanes.h"
 #include "server/dynamics/flight_kernel.h"
-#include "server/dynamics/lanes.h"
 
 namespace cradle {
 namespace {

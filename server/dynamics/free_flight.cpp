@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "server/collision/machine_lanes.h"
 #include "server/dynamics/flight_kernel.h"
 
 namespace cradle {
@@ -16,26 +17,14 @@ namespace {
 // About 1.5 ms a body. At the fastest spin allowed, reached only at rates below 50 Hz.
 constexpr double kStepsMax = 25'000;
 
-std::vector<const FlightKernels*> usable_kernels() {
-  std::vector<const FlightKernels*> all{&kFlightKernels1, &kFlightKernels2};
-#ifdef CRADLE_WIDE_X86
-  if (__builtin_cpu_supports("avx2")) all.push_back(&kFlightKernels4);
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512dq")) {
-    all.push_back(&kFlightKernels8);
-  }
-#endif
-  return all;
-}
-
 const FlightKernels& kernels_of(int lanes) {
-  static const std::vector<const FlightKernels*> usable = usable_kernels();
-  if (lanes == 0) return *usable.back();
-  for (const FlightKernels* kernels : usable) {
-    if (kernels->lanes == lanes) return *kernels;
-  }
-  assert(false && "lanes are one of flight_lanes()");
-  return *usable.front();
+  if (lanes == 0) lanes = machine_lanes().back();
+  assert(lanes <= machine_lanes().back() && "lanes are one of flight_lanes()");
+#ifdef CRADLE_WIDE_X86
+  if (lanes == 8) return kFlightKernels8;
+  if (lanes == 4) return kFlightKernels4;
+#endif
+  return lanes == 2 ? kFlightKernels2 : kFlightKernels1;
 }
 
 double steps_for(double angle_rad) {
@@ -232,10 +221,6 @@ int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torqu
   return static_cast<int>(need.steps);
 }
 
-std::vector<int> flight_lanes() {
-  std::vector<int> lanes;
-  for (const FlightKernels* kernels : usable_kernels()) lanes.push_back(kernels->lanes);
-  return lanes;
-}
+std::vector<int> flight_lanes() { return machine_lanes(); }
 
 }  // namespace cradle

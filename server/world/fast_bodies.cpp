@@ -212,10 +212,10 @@ void begin_fast_bodies(World::State& s) {
   fast.stopped = fast.unresolved = 0;
 }
 
-Aabb box_over_tick(World::State& s, std::size_t i) {
-  if (s.bodies.kind[i] == BodyKind::fixed) return s.methods().bounds(s.collider(i));
-  const Path path = expected(s, i);
-  if (!is_far(s, i, path)) return swept(s.methods().bounds(s.collider(i)), s.dt * s.bodies.v[i], 0);
+namespace {
+
+bool note_if_fast_on(World::State& s, std::size_t i, const Path& path) {
+  if (!is_far(s, i, path)) return false;
   FastBodies& fast = s.fast;
   fast.any = true;
   fast.is_fast[i] = 1;
@@ -224,7 +224,18 @@ Aabb box_over_tick(World::State& s, std::size_t i) {
     fast.v_start.push_back(s.bodies.v[i]);
     fast.w_start.push_back(s.bodies.w[i]);
   }
-  return box_of_path(s, i, path);
+  return true;
+}
+
+}  // namespace
+
+void note_if_fast(World::State& s, std::size_t i) { note_if_fast_on(s, i, expected(s, i)); }
+
+Aabb box_over_tick(World::State& s, std::size_t i) {
+  if (s.bodies.kind[i] == BodyKind::fixed) return s.methods().bounds(s.collider(i));
+  const Path path = expected(s, i);
+  if (note_if_fast_on(s, i, path)) return box_of_path(s, i, path);
+  return swept(s.methods().bounds(s.collider(i)), s.dt * s.bodies.v[i], 0);
 }
 
 bool is_hit_expected(const World::State& s, const BodyPair& pair) {

@@ -56,7 +56,9 @@ struct FastBodies {
 /// The colliders are others now.
 void measure_fast_limits(World::State& s);
 void begin_fast_bodies(World::State& s);
-/// The box of a collider over the tick, without margin; takes note if its body is fast.
+/// Takes note if a body is fast.
+void note_if_fast(World::State& s, std::size_t slot);
+/// Likewise; and the box of a collider over the tick, without margin.
 Aabb box_over_tick(World::State& s, std::size_t slot);
 /// Whether two bodies, fast ones among them, touch or will on the ways that they are expected to
 /// go.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
@@ -37,23 +36,32 @@ void PairMemory::follow(std::span<const BodyPair> pairs, std::span<const std::in
   for (; old != last_.end(); ++old) release(*old);
 }
 
-Manifold PairMemory::manifold(std::size_t k, const Collider& A, const Collider& B, double path,
-                              double reach, double margin) {
+bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path,
+                        double margin, Manifold& manifold) {
   KeptPair& pair = pairs_[k];
-  if (pair.place < 0) return collide(A, B, margin);
-  KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
+  if (pair.place < 0) return false;
   pair.is_held = pair.count > 0
                      ? path < pair.until_m && margin <= pair.margin_m + kTolerances.kept_margin_m
                      : path + margin < pair.until_m;
-  if (pair.is_held != 0) {
-    return posed(kept, static_cast<int>(pair.count), A.X_WB, B.X_WB);
+  if (pair.is_held == 0) {
+    pair.until_m = path;
+    pair.margin_m = margin;
+    return false;
   }
-  const Manifold made = collide(A, B, margin);
+  manifold = posed(manifolds_[static_cast<std::size_t>(pair.place)], static_cast<int>(pair.count),
+                   X_WA, X_WB);
+  return true;
+}
+
+void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,
+                      const Manifold& made) {
+  KeptPair& pair = pairs_[k];
+  if (pair.place < 0) return;
+  const double bears = bearable_motion(made, reach);
   pair.count = made.count;
-  pair.until_m = path + bearable_motion(made, reach);
-  pair.margin_m = margin;
-  if (made.count > 0) kept = keep(made, A.X_WB, B.X_WB);
-  return made;
+  pair.until_m += bears;
+  if (made.count == 0 || !(bears > 0)) return;  // nothing to remember, or not for long
+  manifolds_[static_cast<std::size_t>(pair.place)] = cradle::keep(made, X_WA, X_WB);
 }
 
 void PairMemory::take_up(std::span<const std::int64_t> ids) {

@@ -30,11 +30,13 @@ class PairMemory {
   void follow(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
               std::span<const Shape> shapes);
 
-  /// The manifold of A and B, the k-th pair, of convex shapes: the kept one while it holds, else a
-  /// fresh one, which is kept. `path`: the way that their points have gone at most, together, m;
-  /// `reach`: radius of the ball that holds the smaller body. Pairs may be asked side by side.
-  Manifold manifold(std::size_t k, const Collider& A, const Collider& B, double path, double reach,
-                    double margin);
+  /// The manifold of the k-th pair, of convex shapes, into `manifold` while the kept one holds;
+  /// else false, and a fresh one is to be made, and kept. `path`: the way that the points of both
+  /// bodies have gone at most, together, m. Pairs may be asked side by side.
+  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path, double margin,
+              Manifold& manifold);
+  /// `reach`: radius of the ball that holds the smaller body, m.
+  void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made);
 
   /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.
   template <class Sleeps>

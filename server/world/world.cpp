@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/collision/bounds.h"
+#include "server/collision/box_batch.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/surface.h"
@@ -121,9 +122,12 @@ void World::Steps::find_pairs(State& s) {
       s.planes.push_back({static_cast<std::int32_t>(k), normal, normal.dot(s.poses[i].x)});
       continue;
     }
-    Aabb box = box_over_tick(s, i);
-    if (s.balls.could_fly(i)) box = box_of_ball(s, i);
-    s.boxes[k] = swept(box, Vector::Zero(), kSpeculativeMargin_m);
+    if (s.balls.could_fly(i)) {
+      note_if_fast(s, i);
+      s.boxes[k] = swept(box_of_ball(s, i), Vector::Zero(), kSpeculativeMargin_m);
+    } else {
+      s.boxes[k] = swept(box_over_tick(s, i), Vector::Zero(), kSpeculativeMargin_m);
+    }
   }
   s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
                                         s.pairs);
@@ -131,15 +135,38 @@ void World::Steps::find_pairs(State& s) {
   s.renumbered = false;
 }
 
-/// The manifold of the k-th pair, of two convex shapes: last tick's, while it holds.
-Manifold manifold_of(World::State& s, std::size_t k) {
-  const std::size_t a = index(s.pairs[k].a), b = index(s.pairs[k].b);
-  const Collider A = s.collider(a), B = s.collider(b);
-  const double margin = s.margin(s.pairs[k]);
-  if (s.settings.is_planar) return s.methods().collide(A, B, margin);
-  return s.memory.manifold(k, A, B, s.paths[a] + s.paths[b], std::min(s.reaches[a], s.reaches[b]),
-                           margin);
-}
+/// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.
+class Narrow final : public MadeManifolds {
+ public:
+  explicit Narrow(World::State& s) : s_(s), boxes_(*this, s.settings.lanes) {}
+
+  void find(std::size_t k) {
+    const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
+    const Collider A = s_.collider(a), B = s_.collider(b);
+    const double margin = s_.margin(s_.pairs[k]);
+    if (s_.settings.is_planar) {
+      s_.manifolds[k] = s_.methods().collide(A, B, margin);
+      return;
+    }
+    const double path = s_.paths[a] + s_.paths[b];
+    if (s_.memory.recall(k, A.X_WB, B.X_WB, path, margin, s_.manifolds[k])) return;
+    if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
+      boxes_.add(k, A, B, margin);
+    } else {
+      take(k, cradle::collide(A, B, margin));
+    }
+  }
+  void finish() { boxes_.finish(); }
+  void take(std::size_t k, const Manifold& made) override {
+    const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
+    s_.manifolds[k] = made;
+    s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made);
+  }
+
+ private:
+  World::State& s_;
+  BoxBatch boxes_;
+};
 
 /// The manifolds of all pairs, also of what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
@@ -147,9 +174,11 @@ void World::Steps::collide(State& s, Executor& executor) {
   s.manifolds.resize(s.pairs.size());
   list_composites(s);
   executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
+    Narrow narrow(s);
     for (int k = begin; k < end; ++k) {
-      if (!s.is_composite(s.pairs[index(k)])) s.manifolds[index(k)] = manifold_of(s, index(k));
+      if (!s.is_composite(s.pairs[index(k)])) narrow.find(index(k));
     }
+    narrow.finish();
   });
   executor.for_ranges(static_cast<int>(s.composites_used), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {

@@ -7,6 +7,8 @@
 #include <set>
 #include <span>
 
+#include "server/collision/box_batch.h"
+#include "server/collision/machine_lanes.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
 
@@ -371,4 +373,76 @@ TEST_CASE("the deepest point is kept when there are more than four") {
     REQUIRE(std::abs(deepest(manifold) + lowest) < 0.002 * 2 * kTolerances.clip_slack_m);
   }
   CHECK(reduced > 1000);
+}
+
+namespace {
+
+struct PosedBoxes {
+  Shape A, B;
+  Pose X_WA, X_WB;
+};
+
+/// Boxes near each other: apart, at corners and edges, flush, deep.
+std::vector<PosedBoxes> boxes_near_each_other(std::size_t count) {
+  Random random;
+  std::vector<PosedBoxes> pairs;
+  const auto half = [&random] {
+    return Vec3{random.uniform(0.1, 1), random.uniform(0.1, 1), random.uniform(0.1, 1)};
+  };
+  for (std::size_t k = 0; k < count; ++k) {
+    PosedBoxes pair{
+        Shape::box(half()), Shape::box(half()), {random.vector(5), random.rotation()}, {}};
+    const bool is_flush = k % 3 == 0;
+    pair.X_WB.R = is_flush ? Matrix(pair.X_WA.R * turn(random.uniform(0, 3), Vector::UnitZ()))
+                           : random.rotation();
+    const double height = pair.A.half_extents_m().z + pair.B.half_extents_m().z - 1e-4;
+    pair.X_WB.x = pair.X_WA.x +
+                  (is_flush ? Vector(pair.X_WA.R * Vector(random.uniform(-0.5, 0.5), 0.1, height))
+                            : random.vector(1.2));
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+class InOrder final : public MadeManifolds {
+ public:
+  explicit InOrder(std::size_t count) : made(count) {}
+  void take(std::size_t key, const Manifold& manifold) override { made[key] = manifold; }
+  std::vector<Manifold> made;
+};
+
+bool are_the_same(const Manifold& one, const Manifold& other) {
+  const auto is_same_point = [](const ContactPoint& p, const ContactPoint& q) {
+    return p.p_W == q.p_W && p.separation == q.separation && p.feature == q.feature;
+  };
+  const bool is_same_lead =
+      one.lead == other.lead || (std::isnan(one.lead) && std::isnan(other.lead));
+  return one.count == other.count && is_same_lead &&
+         (one.count == 0 || one.normal_W == other.normal_W) &&
+         std::ranges::equal(points(one), points(other), is_same_point);
+}
+
+}  // namespace
+
+TEST_CASE("boxes have the same manifolds at every width, alone and in company") {
+  const std::vector<PosedBoxes> pairs = boxes_near_each_other(3001);
+  std::vector<Manifold> alone;
+  int touching = 0, reduced = 0;
+  for (const PosedBoxes& pair : pairs) {
+    alone.push_back(collide(pair.A, pair.X_WA, pair.B, pair.X_WB, 0.02));
+    touching += alone.back().count > 0 ? 1 : 0;
+    reduced += alone.back().count == 4 ? 1 : 0;
+  }
+  CHECK(touching > 1500);
+  CHECK(reduced > 500);
+  for (const int lanes : machine_lanes()) {
+    CAPTURE(lanes);
+    InOrder in_order(pairs.size());
+    BoxBatch batch(in_order, lanes);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      batch.add(k, {pairs[k].A, pairs[k].X_WA}, {pairs[k].B, pairs[k].X_WB}, 0.02);
+    }
+    batch.finish();
+    CHECK(std::ranges::equal(in_order.made, alone, are_the_same));
+  }
 }

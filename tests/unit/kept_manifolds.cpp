@@ -131,8 +131,11 @@ class Follower {
                  b = static_cast<std::size_t>(pairs_[k].b);
       const Vector closing = to_eigen(states_[b].v_WBcm) - to_eigen(states_[a].v_WBcm);
       const double margin = kMargin + dt * closing.norm();
-      const Manifold kept = memory_.manifold(k, collider(a), collider(b), paths_[a] + paths_[b],
-                                             std::min(reaches_[a], reaches_[b]), margin);
+      Manifold kept;
+      if (!memory_.recall(k, poses_[a], poses_[b], paths_[a] + paths_[b], margin, kept)) {
+        kept = collide(collider(a), collider(b), margin);
+        memory_.keep(k, poses_[a], poses_[b], std::min(reaches_[a], reaches_[b]), kept);
+      }
       if (is_composite(shapes_[a].kind) || is_composite(shapes_[b].kind)) {
         ++found.composite;
         found.composite_held += memory_.was_held(k);

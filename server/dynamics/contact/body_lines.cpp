@@ -23,8 +23,8 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   line_of_slot_.assign(bodies.x.size(), still);
   velocities_.assign(static_cast<std::size_t>(still) + 2, BodyLine{});
   motions_.assign(velocities_.size(), BodyLine{});
-  states_.resize(moving());
-  turnings_.resize(moving());
+  if (states_.size() < moving()) states_.resize(moving());
+  if (turnings_.size() < moving()) turnings_.resize(moving());
   loads_.resize(moving());
   begins_.resize(moving());
   const auto enter = [&](std::int32_t line, std::int32_t slot) {

@@ -1,14 +1,10 @@
 // Bodies and manifolds of a block in lanes, for the kernels' files alone (see lanes.h).
 #pragma once
 
-#ifdef __SSE2__
-#include <immintrin.h>
-#endif
-
 #include <type_traits>
 
+#include "server/collision/lanes.h"
 #include "server/dynamics/contact/contact_block.h"
-#include "server/dynamics/lanes.h"
 
 namespace cradle {
 namespace {
@@ -87,34 +83,6 @@ CRADLE_LANES V at(const BlockRow& row, int lane) {
 template <class V>
 CRADLE_LANES Triple<V> at3(const BlockRow* rows, int lane) {
   return {load<V>(rows[0] + lane), load<V>(rows[1] + lane), load<V>(rows[2] + lane)};
-}
-
-template <class V>
-CRADLE_LANES V larger(const V& a, const V& b) {
-  return a > b ? a : b;
-}
-
-template <class V>
-CRADLE_LANES V root(const V& x) {
-  if constexpr (kLanes<V> == 1) {
-    return __builtin_sqrt(x);
-#ifdef __SSE2__
-  } else if constexpr (kLanes<V> == 2) {
-    return V(_mm_sqrt_pd(__m128d(x)));
-#endif
-#ifdef __AVX2__
-  } else if constexpr (kLanes<V> == 4) {
-    return V(_mm256_sqrt_pd(__m256d(x)));
-#endif
-#ifdef __AVX512F__
-  } else if constexpr (kLanes<V> == 8) {
-    return V(_mm512_maskz_sqrt_pd(0xff, __m512d(x)));
-#endif
-  } else {
-    V r;
-    for (int l = 0; l < kLanes<V>; ++l) r[l] = __builtin_sqrt(x[l]);
-    return r;
-  }
 }
 
 template <class V>

@@ -67,13 +67,16 @@ double impact_time(const Ball& a, const Ball& b, double now, double dt) {
   const Vector u = b.v - a.v;
   const Vector d = b.x - a.x + now * u;
   const double B = d.dot(u);
+  if (!(B < 0)) return kNever;
   const double R = a.radius + b.radius;
-  if (!(B < -kStill * R * (a.v.norm() + b.v.norm()))) return kNever;
   const double A = u.squaredNorm();
   const double C = d.squaredNorm() - R * R;
+  const double D = B * B - A * C, left = dt - now;
+  if (D < 0 && C > 0) return kNever;
+  // Nor do most that pass: on their way to each other still when the tick ends, and apart.
+  if (-B > A * left && (A * left + 2 * B) * left + C > 0) return kNever;
+  if (!(B < -kStill * R * (a.v.norm() + b.v.norm()))) return kNever;
   if (C <= 0) return now;
-  const double D = B * B - A * C;
-  if (D < 0) return kNever;
   const double time = now + C / (-B + std::sqrt(D));
   return time <= dt ? time : kNever;
 }

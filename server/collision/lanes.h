@@ -6,6 +6,10 @@
 /// bits at every width.
 #pragma once
 
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
 #include <cstdint>
 #include <utility>
 
@@ -54,6 +58,71 @@ CRADLE_LANES V dot(const Triple<V>& a, const Triple<V>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+// What the compiler does not make of comparisons by itself: one instruction each.
+
+/// a > b ? a : b
+template <class V>
+CRADLE_LANES V larger(const V& a, const V& b) {
+#ifdef __SSE2__
+  if constexpr (kLanes<V> == 2) return V(_mm_max_pd(__m128d(a), __m128d(b)));
+#endif
+#ifdef __AVX2__
+  if constexpr (kLanes<V> == 4) return V(_mm256_max_pd(__m256d(a), __m256d(b)));
+#endif
+#ifdef __AVX512F__
+  if constexpr (kLanes<V> == 8) return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
+#endif
+  return a > b ? a : b;
+}
+
+/// a < b ? a : b
+template <class V>
+CRADLE_LANES V smaller(const V& a, const V& b) {
+#ifdef __SSE2__
+  if constexpr (kLanes<V> == 2) return V(_mm_min_pd(__m128d(a), __m128d(b)));
+#endif
+#ifdef __AVX2__
+  if constexpr (kLanes<V> == 4) return V(_mm256_min_pd(__m256d(a), __m256d(b)));
+#endif
+#ifdef __AVX512F__
+  if constexpr (kLanes<V> == 8) return V(_mm512_maskz_min_pd(0xff, __m512d(a), __m512d(b)));
+#endif
+  return a < b ? a : b;
+}
+
+/// Without its sign.
+template <class V>
+CRADLE_LANES V size_of(const V& x) {
+  if constexpr (kLanes<V> == 1) {
+    return __builtin_fabs(x);
+  } else {
+    using Bits = decltype(x < x);
+    return V(Bits(x) & ~Bits(-V{}));
+  }
+}
+
+template <class V>
+CRADLE_LANES V root(const V& x) {
+  if constexpr (kLanes<V> == 1) {
+    return __builtin_sqrt(x);
+#ifdef __SSE2__
+  } else if constexpr (kLanes<V> == 2) {
+    return V(_mm_sqrt_pd(__m128d(x)));
+#endif
+#ifdef __AVX2__
+  } else if constexpr (kLanes<V> == 4) {
+    return V(_mm256_sqrt_pd(__m256d(x)));
+#endif
+#ifdef __AVX512F__
+  } else if constexpr (kLanes<V> == 8) {
+    return V(_mm512_maskz_sqrt_pd(0xff, __m512d(x)));
+#endif
+  } else {
+    V r;
+    for (int l = 0; l < kLanes<V>; ++l) r[l] = __builtin_sqrt(x[l]);
+    return r;
+  }
+}
 // Choosing by lane.
 
 template <class M, class V>

@@ -1,0 +1,369 @@
+// Two boxes, many pairs side by side, for the kernels' files alone (see lanes.h).
+//
+// Separating axes: sources and symbols as in box_box.cpp. An edge axis a_i x b_j has length l; s
+// |s| / l^2 sorts axes as s / l does, and takes no roots; nor quotients, as fractions are compared
+// crosswise.
+//
+// Face contact: the part of one face that lies over the other. Both are convex quadrilaterals in
+// the plane, so the corners of their intersection are of three kinds: corners of the incident face,
+// its edges cut by a side (both by Liang and Barsky, "A new concept and method for line clipping",
+// 1984, on each edge by itself), and corners of the reference face inside the incident one (by a
+// 2x2 solve). In F, z of a point is its separation, and x, y its place in the face. Where we differ
+// from Sutherland and Hodgman (1974): no polygon is carried from side to side, so each point's name
+// comes from what it is and not from how it was made, and pairs need no branches; and a corner up
+// to `slack` outside counts as inside, so that flush stacks keep their points and names.
+//
+// Which four of more points: as in four_points.h.
+// Cost, see box_box.cpp.
+#pragma once
+
+#include "server/collision/box_block.h"
+#include "server/collision/lanes.h"
+#include "server/collision/tolerances.h"
+
+namespace cradle {
+namespace {
+
+template <class V>
+CRADLE_LANES V endless() {
+  return fill<V>(__builtin_inf());
+}
+
+template <class V, int n>
+CRADLE_LANES void load_all(V (&to)[n], const double (&rows)[n][kBoxLanes], int lane) {
+  for (int k = 0; k < n; ++k) to[k] = load<V>(rows[k] + lane);
+}
+
+// Separating axes.
+
+template <class V>
+struct BestFace {
+  V s, axis, next;
+};
+
+/// `t`: the other centre; `reach`: what both boxes have along the axes.
+template <class V>
+CRADLE_LANES BestFace<V> best_face(const V* t, const V* reach) {
+  V s[3];
+  for (int k = 0; k < 3; ++k) s[k] = size_of<V>(t[k]) - reach[k];
+  BestFace<V> best{s[0], V{}, larger<V>(s[1], s[2])};
+  V size = size_of<V>(t[0]);
+  for (int k = 1; k < 3; ++k) {
+    const auto is_better = s[k] > best.s;
+    best.next = is_better ? larger<V>(s[0], s[3 - k]) : best.next;
+    best.axis = is_better ? fill<V>(k) : best.axis;
+    size = is_better ? size_of<V>(t[k]) : size;
+    best.s = is_better ? s[k] : best.s;
+  }
+  best.next = larger<V>(best.next, best.s - 2 * size);
+  return best;
+}
+
+template <class V>
+struct BestEdges {
+  V square, length2;  // s |s| and l^2
+  V edge, next;
+};
+
+template <class V>
+CRADLE_LANES void try_edges(int i, int j, const V* h_A, const V* h_B, const V* C, const V* size_C,
+                            const V* t, BestEdges<V>& best) {
+  const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+  const V y = C[3 * j + i1], z = C[3 * j + i2];
+  const V l2 = y * y + z * z;
+  constexpr double kSoonCounts = 0.8;
+  const V s = size_of<V>(t[i2] * y - t[i1] * z) - h_A[i1] * size_C[3 * j + i2] -
+              h_A[i2] * size_C[3 * j + i1] - h_B[j1] * size_C[3 * j2 + i] -
+              h_B[j2] * size_C[3 * j1 + i];
+  const V least = fill<V>(kTolerances.parallel_sine2);
+  const auto is_nearly = (l2 < least) & (l2 >= kSoonCounts * least);
+  if (any<V>(is_nearly)) {
+    best.next = is_nearly ? larger<V>(best.next, s / root<V>(l2)) : best.next;
+  }
+  const V s2 = s * size_of<V>(s);
+  const auto is_better = (l2 >= least) & (s2 * best.length2 > best.square * l2);
+  best.square = is_better ? s2 : best.square;
+  best.length2 = is_better ? l2 : best.length2;
+  best.edge = is_better ? fill<V>(3 * i + j) : best.edge;
+}
+
+template <class V>
+CRADLE_LANES void separate_lanes(BoxPairBlock& b, int lane) {
+  V h_A[3], h_B[3], R_A[9], R_B[9], d[3];
+  load_all(h_A, b.h_A, lane);
+  load_all(h_B, b.h_B, lane);
+  load_all(R_A, b.R_A, lane);
+  load_all(R_B, b.R_B, lane);
+  load_all(d, b.d, lane);
+  V C[9], size_C[9], t[3], u[3], reach_A[3], reach_B[3];
+  for (int i = 0; i < 3; ++i) {
+    t[i] = R_A[3 * i] * d[0] + R_A[3 * i + 1] * d[1] + R_A[3 * i + 2] * d[2];
+    store(b.t[i] + lane, t[i]);
+    for (int j = 0; j < 3; ++j) {
+      const int at = 3 * j + i;
+      C[at] = R_A[3 * i] * R_B[3 * j] + R_A[3 * i + 1] * R_B[3 * j + 1] +
+              R_A[3 * i + 2] * R_B[3 * j + 2];
+      size_C[at] = size_of<V>(C[at]);
+      store(b.C[at] + lane, C[at]);
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    u[k] = C[3 * k] * t[0] + C[3 * k + 1] * t[1] + C[3 * k + 2] * t[2];
+    store(b.u[k] + lane, u[k]);
+    reach_A[k] = h_A[k] + size_C[k] * h_B[0] + size_C[3 + k] * h_B[1] + size_C[6 + k] * h_B[2];
+    reach_B[k] =
+        h_B[k] + size_C[3 * k] * h_A[0] + size_C[3 * k + 1] * h_A[1] + size_C[3 * k + 2] * h_A[2];
+  }
+  const BestFace<V> A = best_face<V>(t, reach_A), B = best_face<V>(u, reach_B);
+  store(b.s_A + lane, A.s);
+  store(b.axis_A + lane, A.axis);
+  store(b.next_A + lane, A.next);
+  store(b.s_B + lane, B.s);
+  store(b.axis_B + lane, B.axis);
+  store(b.next_B + lane, B.next);
+  const V margin = load<V>(b.margin + lane);
+  if (!any<V>((A.s <= margin) & (B.s <= margin))) return;
+
+  BestEdges<V> best{fill<V>(-1), V{}, V{}, -endless<V>()};  // at first s is minus infinity
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) try_edges<V>(i, j, h_A, h_B, C, size_C, t, best);
+  }
+  const auto has_edges = best.length2 > V{};
+  const V s = root<V>(size_of<V>(best.square) / (has_edges ? best.length2 : fill<V>(1)));
+  const V signed_s = best.square < V{} ? -s : s;
+  store(b.s_edge + lane, has_edges ? signed_s : -endless<V>());
+  store(b.edge + lane, best.edge);
+  store(b.next_edge + lane, best.next);
+}
+
+// Face contact, in F.
+
+template <class V>
+struct FacePoints {
+  V x[kBoxCandidates], y[kBoxCandidates], z[kBoxCandidates];
+  V used[kBoxCandidates];  // 1 or 0
+  V inside;
+
+  CRADLE_LANES void set(int c, const Triple<V>& p, const V& is_there, const V& here) {
+    x[c] = p.x;
+    y[c] = p.y;
+    z[c] = p.z;
+    used[c] = is_there;
+    inside = is_there > V{} ? larger<V>(inside, here) : inside;
+  }
+};
+
+/// The edges of the incident face: from each corner to the next, -2e, -2f, 2e, 2f.
+template <class V>
+struct IncidentFace {
+  Triple<V> middle, e, f;
+  Triple<V> corners[4];
+  V outside[4][4];             // of each corner, how far, by side x+, x-, y+, y-
+  V per_x[2], per_y[2];        // of e and f: 1 / twice x, y
+  V slope2_x[2], slope2_y[2];  // of e and f, m / m: what z changes by where x, y does; squared
+};
+
+template <class V>
+CRADLE_LANES IncidentFace<V> incident_at(const BoxFaceBlock& b, int lane, const V& half_x,
+                                         const V& half_y) {
+  V c[3], e[3], f[3];
+  load_all(c, b.middle, lane);
+  load_all(e, b.e, lane);
+  load_all(f, b.f, lane);
+  IncidentFace<V> face;
+  face.middle = {c[0], c[1], c[2]};
+  face.e = {e[0], e[1], e[2]};
+  face.f = {f[0], f[1], f[2]};
+  for (int k = 0; k < 4; ++k) {
+    const Triple<V> p = face.middle + kSignX[k] * face.e + kSignY[k] * face.f;
+    face.corners[k] = p;
+    face.outside[k][0] = p.x - half_x;
+    face.outside[k][1] = -p.x - half_x;
+    face.outside[k][2] = p.y - half_y;
+    face.outside[k][3] = -p.y - half_y;
+  }
+  for (int k = 0; k < 2; ++k) {
+    const Triple<V>& side = k == 0 ? face.e : face.f;
+    face.per_x[k] = 0.5 / side.x;
+    face.per_y[k] = 0.5 / side.y;
+    const V by_x = 2 * side.z * face.per_x[k], by_y = 2 * side.z * face.per_y[k];
+    face.slope2_x[k] = by_x * by_x;
+    face.slope2_y[k] = by_y * by_y;
+  }
+  return face;
+}
+
+/// Sets where the edge from corner `k` to the next enters the reference face, and where it leaves
+/// it. Ends that are inside are set as corners: each by the edge that starts there. `steep2`: what
+/// a separation changes by at most where reference edges cross this one.
+template <class V>
+CRADLE_LANES void clip_edge(int k, const IncidentFace<V>& face, const V& half_x, const V& half_y,
+                            const V& slack, BoxFaceBlock& b, int lane, FacePoints<V>& points,
+                            V& steep2) {
+  const int next = (k + 1) % 4;
+  const Triple<V>&p0 = face.corners[k], &p1 = face.corners[next];
+  const V one = fill<V>(1), none{};
+  V enter = none, leave = one, misses_by = -endless<V>();
+  V enter_side = fill<V>(kNoSide), leave_side = enter_side;
+  for (int side = 0; side < 4; ++side) {
+    const V d0 = face.outside[k][side], d1 = face.outside[next][side];
+    const V per = side < 2 ? face.per_x[k % 2] : face.per_y[k % 2];  // 1 / |d0 - d1|, with a sign
+    const V fraction = (side % 2 == 0) == (k < 2) ? d0 * per : -d0 * per;
+    const V low = smaller<V>(d0, d1), high = larger<V>(d0, d1);
+    misses_by = larger<V>(misses_by, low);
+    const V in = d0 > slack ? fraction : none, out = d1 > slack ? fraction : one;
+    enter_side = in > enter ? fill<V>(side) : enter_side;
+    leave_side = out < leave ? fill<V>(side) : leave_side;
+    enter = larger<V>(in, enter);
+    leave = smaller<V>(out, leave);
+    const V slope2 = side < 2 ? face.slope2_x[k % 2] : face.slope2_y[k % 2];
+    const V reached = high > slack ? slope2 : none;
+    steep2 = larger<V>(low > slack ? none : reached, steep2);
+  }
+  enter = smaller<V>(enter, one);
+  leave = larger<V>(leave, none);
+  const V meets = misses_by > slack ? none : one;
+  const V corner_inside = smaller<V>(half_x - size_of<V>(p0.x), half_y - size_of<V>(p0.y));
+  const V enters = enter < one ? meets : none, leaves = leave < one ? meets : none;
+  points.set(2 * k, p0 + enter * (p1 - p0), enter > leave ? none : enters,
+             enter > none ? none : corner_inside);
+  points.set(2 * k + 1, p0 + leave * (p1 - p0), enter < leave ? leaves : none, none);
+  store(b.side[2 * k] + lane, enter_side);
+  store(b.side[2 * k + 1] + lane, leave_side);
+}
+
+/// Sets the corners of the reference face that are inside the incident face, or up to the slack
+/// outside (else boxes whose corners only just reach over each other lose all points at once), but
+/// for those with a candidate within the slack: so a flush stack has four candidates, and need not
+/// be reduced.
+template <class V>
+CRADLE_LANES void set_reference_corners(const BoxFaceBlock& b, int lane, const V& half_x,
+                                        const V& half_y, const IncidentFace<V>& face,
+                                        const V& slack, FacePoints<V>& points) {
+  const Triple<V>&c = face.middle, &e = face.e, &f = face.f;
+  const V inverse = 1 / (e.x * f.y - e.y * f.x);
+  const V length_e = load<V>(b.length_e + lane), length_f = load<V>(b.length_f + lane);
+  for (int k = 0; k < 4; ++k) {
+    const V x = kSignX[k] * half_x, y = kSignY[k] * half_y;
+    const V along_e = ((x - c.x) * f.y - (y - c.y) * f.x) * inverse;
+    const V along_f = ((y - c.y) * e.x - (x - c.x) * e.y) * inverse;
+    const V inside =
+        smaller<V>((1 - size_of<V>(along_e)) * length_e, (1 - size_of<V>(along_f)) * length_f);
+    V is_there = inside > -slack ? fill<V>(1) : V{};
+    // The others are on the sides of the incident face: this far inside, none is near.
+    if (any<V>(size_of<V>(inside) < 2 * slack)) {
+      for (int other = 0; other < 8 + k; ++other) {
+        const V far = larger<V>(size_of<V>(points.x[other] - x), size_of<V>(points.y[other] - y));
+        is_there = far <= slack ? is_there * (1 - points.used[other]) : is_there;
+      }
+    }
+    points.set(8 + k, {x, y, c.z + along_e * e.z + along_f * f.z}, is_there, inside);
+  }
+}
+
+template <class V>
+struct Chosen {
+  V score, x, y, number;
+};
+
+/// The candidate of the first or of the second half that scores higher; the later one only if it
+/// does by more than `tie`.
+template <class V>
+CRADLE_LANES Chosen<V> better(const Chosen<V>& one, const Chosen<V>& later, const V& tie) {
+  const auto is_later = later.score > one.score + tie;
+  return {is_later ? later.score : one.score, is_later ? later.x : one.x,
+          is_later ? later.y : one.y, is_later ? later.number : one.number};
+}
+
+/// The candidate that scores highest; number -1 if none scores more than `least`.
+template <class V, class Score>
+CRADLE_LANES Chosen<V> choose(const FacePoints<V>& points, const V& least, const V& tie,
+                              Score score) {
+  Chosen<V> all[kBoxCandidates];
+  for (int c = 0; c < kBoxCandidates; ++c) {
+    const V now = score(c);
+    all[c] = {points.used[c] > V{} ? now : -endless<V>(), points.x[c], points.y[c], fill<V>(c)};
+  }
+  for (int c = 0; c < kBoxCandidates; c += 2) all[c] = better<V>(all[c], all[c + 1], tie);
+  for (int c = 0; c < kBoxCandidates; c += 4) all[c] = better<V>(all[c], all[c + 2], tie);
+  const Chosen<V> best = better<V>(better<V>(all[0], all[4], tie), all[8], tie);
+  return {best.score, best.x, best.y, best.score > least ? best.number : fill<V>(-1)};
+}
+
+/// The deepest, the farthest from it, and those two that then add most area, on both sides if there
+/// are points on both: as four_points.h.
+template <class V>
+CRADLE_LANES void choose_four(const FacePoints<V>& points, const V& size, BoxFaceBlock& b,
+                              int lane) {
+  const V tie = fill<V>(kTolerances.tie_m), tie2 = size * tie;
+  const auto p =
+      choose<V>(points, -endless<V>(), tie, [&](int c) CRADLE_LAMBDA { return -points.z[c]; });
+  const auto q = choose<V>(points, tie2, tie2, [&](int c) CRADLE_LAMBDA {
+    const V dx = points.x[c] - p.x, dy = points.y[c] - p.y;
+    return dx * dx + dy * dy;
+  });
+  const V q_x = q.x - p.x, q_y = q.y - p.y;
+  const auto r = choose<V>(points, tie2, tie2, [&](int c) CRADLE_LAMBDA {
+    return size_of<V>(q_x * (points.y[c] - p.y) - q_y * (points.x[c] - p.x));
+  });
+  const V r_x = r.x - p.x, r_y = r.y - p.y;
+  const V area = q_x * r_y - q_y * r_x, turn = area < V{} ? fill<V>(-1) : fill<V>(1);
+  const auto s = choose<V>(points, tie2, tie2, [&](int c) CRADLE_LAMBDA {
+    const V s_x = points.x[c] - p.x, s_y = points.y[c] - p.y;
+    const V of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
+    return -smaller<V>(smaller<V>(of_q, of_r), turn * area - of_q - of_r);
+  });
+  store(b.chosen[0] + lane, p.number);
+  store(b.chosen[1] + lane, q.number);
+  store(b.chosen[2] + lane, r.number);
+  store(b.chosen[3] + lane, s.number);
+}
+
+template <class V>
+CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
+  const V half_x = load<V>(b.half_x + lane), half_y = load<V>(b.half_y + lane);
+  const V slack = load<V>(b.slack + lane), margin = load<V>(b.margin + lane);
+  const IncidentFace<V> face = incident_at<V>(b, lane, half_x, half_y);
+  FacePoints<V> points;
+  points.inside = -endless<V>();
+  const V slope2 = load<V>(b.slope2 + lane);
+  V steep2 = slope2;
+  for (int k = 0; k < 4; ++k) {
+    clip_edge<V>(k, face, half_x, half_y, slack, b, lane, points, steep2);
+  }
+  set_reference_corners<V>(b, lane, half_x, half_y, face, slack, points);
+  V count{}, set{};
+  for (int k = 0; k < kBoxCandidates; ++k) {
+    points.used[k] = points.z[k] <= margin ? points.used[k] : V{};
+    count = count + points.used[k];
+    set = set + (1 << k) * points.used[k];
+    store(b.x[k] + lane, points.x[k]);
+    store(b.y[k] + lane, points.y[k]);
+    store(b.z[k] + lane, points.z[k]);
+  }
+  store(b.set + lane, set);
+  store(b.count + lane, count);
+  store(b.inside + lane, points.inside);
+  constexpr double kLevel =
+      5e-5;  // raises no point by more than it may be off, however far it slides
+  store(b.steepness + lane, slope2 < fill<V>(kLevel * kLevel) ? V{} : root<V>(steep2));
+  if (any<V>(count > fill<V>(4))) choose_four<V>(points, half_x + half_y, b, lane);
+}
+
+template <class V>
+struct BoxPasses {
+  static void separate(BoxPairBlock& b, int pairs) {
+    for (int lane = 0; lane < pairs; lane += kLanes<V>) separate_lanes<V>(b, lane);
+  }
+  static void clip(BoxFaceBlock& b, int pairs) {
+    for (int lane = 0; lane < pairs; lane += kLanes<V>) clip_lanes<V>(b, lane);
+  }
+};
+
+template <class V>
+constexpr BoxKernels box_kernels() {
+  return {kLanes<V>, BoxPasses<V>::separate, BoxPasses<V>::clip};
+}
+
+}  // namespace
+}  // namespace cradle

@@ -34,7 +34,7 @@ auto with_wire_type(MessageKind kind, F&& f) {
     case MessageKind::receipts:
       return f(wire::receipts_v1{});
     case MessageKind::status:
-      return f(wire::world_status_v2{});
+      return f(wire::world_status_v3{});
     case MessageKind::states:
       return f(wire::body_states_v1{});
     case MessageKind::events:
@@ -228,7 +228,7 @@ std::optional<Receipts> decode_receipts(ByteView payload) {
   return decode_as<Receipts, wire::receipts_v1>(MessageKind::receipts, payload);
 }
 std::optional<WorldStatus> decode_status(ByteView payload) {
-  return decode_as<WorldStatus, wire::world_status_v2>(MessageKind::status, payload);
+  return decode_as<WorldStatus, wire::world_status_v3>(MessageKind::status, payload);
 }
 std::optional<StateChunk> decode_states(ByteView payload) {
   return decode_as<StateChunk, wire::body_states_v1>(MessageKind::states, payload);

@@ -325,15 +325,15 @@ bool from_wire(const wire::receipts_v1& w, Receipts& v) {
   return is_integer(w.epoch, 1) && list_from_wire(w.receipts, v.receipts);
 }
 
-wire::world_status_v2 to_wire(const WorldStatus& v) {
-  using wire::world_status_v2;
-  wire::world_status_v2 w{};
+wire::world_status_v3 to_wire(const WorldStatus& v) {
+  using wire::world_status_v3;
+  wire::world_status_v3 w{};
   w.protocol_version = v.protocol_version;
-  w.flags = (v.paused ? world_status_v2::PAUSED : 0) |
-            (v.lockstep ? world_status_v2::LOCKSTEP : 0) |
-            (v.overloaded ? world_status_v2::OVERLOADED : 0) |
-            (v.controllable ? world_status_v2::CONTROLLABLE : 0) |
-            (v.contested ? world_status_v2::CONTESTED : 0);
+  w.flags = (v.paused ? world_status_v3::PAUSED : 0) |
+            (v.lockstep ? world_status_v3::LOCKSTEP : 0) |
+            (v.overloaded ? world_status_v3::OVERLOADED : 0) |
+            (v.controllable ? world_status_v3::CONTROLLABLE : 0) |
+            (v.contested ? world_status_v3::CONTESTED : 0);
   w.epoch = v.epoch;
   w.tick = v.tick;
   w.tick_time_us = v.tick_time_us;
@@ -352,6 +352,20 @@ wire::world_status_v2 to_wire(const WorldStatus& v) {
   w.islands = v.islands;
   w.sub_steps_max = v.sub_steps_max;
   w.sag_expected_m = v.sag_expected_m;
+  w.residual_mps = v.residual_mps;
+  w.residual_relative = v.residual_relative;
+  w.residual_signorini_mps = v.residual_signorini_mps;
+  w.residual_cone_mps = v.residual_cone_mps;
+  w.residual_complementarity_J = v.residual_complementarity_J;
+  w.balance_tick = v.balance_tick;
+  w.kinetic_change_J = v.kinetic_change_J;
+  w.work_gravity_J = v.work_gravity_J;
+  w.work_wrenches_J = v.work_wrenches_J;
+  w.work_friction_J = v.work_friction_J;
+  w.work_impacts_J = v.work_impacts_J;
+  w.work_driven_J = v.work_driven_J;
+  w.energy_unaccounted_J = v.energy_unaccounted_J;
+  w.momentum_unaccounted_Ns = v.momentum_unaccounted_Ns;
   w.impacts = v.impacts;
   w.overruns = v.overruns;
   w.commands_applied = v.commands_applied;
@@ -366,17 +380,17 @@ wire::world_status_v2 to_wire(const WorldStatus& v) {
   put(v.name, w.name);
   return w;
 }
-bool from_wire(const wire::world_status_v2& w, WorldStatus& v) {
-  using wire::world_status_v2;
-  const int known = int{world_status_v2::PAUSED} + int{world_status_v2::LOCKSTEP} +
-                    int{world_status_v2::OVERLOADED} + int{world_status_v2::CONTROLLABLE} +
-                    int{world_status_v2::CONTESTED};
+bool from_wire(const wire::world_status_v3& w, WorldStatus& v) {
+  using wire::world_status_v3;
+  const int known = int{world_status_v3::PAUSED} + int{world_status_v3::LOCKSTEP} +
+                    int{world_status_v3::OVERLOADED} + int{world_status_v3::CONTROLLABLE} +
+                    int{world_status_v3::CONTESTED};
   v.protocol_version = w.protocol_version;
-  v.paused = (w.flags & world_status_v2::PAUSED) != 0;
-  v.lockstep = (w.flags & world_status_v2::LOCKSTEP) != 0;
-  v.overloaded = (w.flags & world_status_v2::OVERLOADED) != 0;
-  v.controllable = (w.flags & world_status_v2::CONTROLLABLE) != 0;
-  v.contested = (w.flags & world_status_v2::CONTESTED) != 0;
+  v.paused = (w.flags & world_status_v3::PAUSED) != 0;
+  v.lockstep = (w.flags & world_status_v3::LOCKSTEP) != 0;
+  v.overloaded = (w.flags & world_status_v3::OVERLOADED) != 0;
+  v.controllable = (w.flags & world_status_v3::CONTROLLABLE) != 0;
+  v.contested = (w.flags & world_status_v3::CONTESTED) != 0;
   v.epoch = w.epoch;
   v.tick = w.tick;
   v.tick_time_us = w.tick_time_us;
@@ -395,6 +409,20 @@ bool from_wire(const wire::world_status_v2& w, WorldStatus& v) {
   v.islands = w.islands;
   v.sub_steps_max = w.sub_steps_max;
   v.sag_expected_m = w.sag_expected_m;
+  v.residual_mps = w.residual_mps;
+  v.residual_relative = w.residual_relative;
+  v.residual_signorini_mps = w.residual_signorini_mps;
+  v.residual_cone_mps = w.residual_cone_mps;
+  v.residual_complementarity_J = w.residual_complementarity_J;
+  v.balance_tick = w.balance_tick;
+  v.kinetic_change_J = w.kinetic_change_J;
+  v.work_gravity_J = w.work_gravity_J;
+  v.work_wrenches_J = w.work_wrenches_J;
+  v.work_friction_J = w.work_friction_J;
+  v.work_impacts_J = w.work_impacts_J;
+  v.work_driven_J = w.work_driven_J;
+  v.energy_unaccounted_J = w.energy_unaccounted_J;
+  v.momentum_unaccounted_Ns = w.momentum_unaccounted_Ns;
   v.impacts = w.impacts;
   v.overruns = w.overruns;
   v.commands_applied = w.commands_applied;

@@ -14,7 +14,7 @@
 #include <cradle_wire/set_gravity_v1.hpp>
 #include <cradle_wire/set_motion_v1.hpp>
 #include <cradle_wire/spawn_v3.hpp>
-#include <cradle_wire/world_status_v2.hpp>
+#include <cradle_wire/world_status_v3.hpp>
 #include <cradle_wire/wrench_v1.hpp>
 
 #include "protocol/messages.h"
@@ -33,7 +33,7 @@ wire::set_motion_v1 to_wire(const SetMotion& v);
 wire::set_gravity_v1 to_wire(const SetGravity& v);
 wire::control_v1 to_wire(const Control& v);
 wire::receipts_v1 to_wire(const Receipts& v);
-wire::world_status_v2 to_wire(const WorldStatus& v);
+wire::world_status_v3 to_wire(const WorldStatus& v);
 wire::body_states_v1 to_wire(const StateChunk& v);
 wire::events_v2 to_wire(const Events& v);
 
@@ -47,7 +47,7 @@ bool from_wire(const wire::set_motion_v1& w, SetMotion& v);
 bool from_wire(const wire::set_gravity_v1& w, SetGravity& v);
 bool from_wire(const wire::control_v1& w, Control& v);
 bool from_wire(const wire::receipts_v1& w, Receipts& v);
-bool from_wire(const wire::world_status_v2& w, WorldStatus& v);
+bool from_wire(const wire::world_status_v3& w, WorldStatus& v);
 bool from_wire(const wire::body_states_v1& w, StateChunk& v);
 bool from_wire(const wire::events_v2& w, Events& v);
 

@@ -136,6 +136,45 @@ void write_world(Page& page, const Readings& r) {
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }
 
+void write_accuracy(Page& page, const Readings& r) {
+  const StepReport& step = r.last_step;
+  page.begin("cradle_penetration_meters", "gauge",
+             "Depth of touching contact points at the last tick's start.");
+  page.sample({{"of", "max"}}, step.penetration_max_m);
+  page.sample({{"of", "mean"}}, step.penetration_mean_m);
+  page.gauge("cradle_sag_expected_meters",
+             "How far contacts sink in by the loads that last, at the sub-steps they have.",
+             step.sag_expected_m);
+  page.gauge("cradle_sub_steps_max", "Most sub-steps that a group of bodies in contact took.",
+             step.sub_steps_max);
+  page.begin("cradle_contact_residual_meters_per_second", "gauge",
+             "How far the worst contact point is from the laws of contact at the last tick's end.");
+  page.sample({{"law", "natural_map"}}, step.residual_mps);
+  page.sample({{"law", "signorini"}}, step.residual_signorini_mps);
+  page.sample({{"law", "cone"}}, step.residual_cone_mps);
+  page.gauge("cradle_contact_complementarity_joules",
+             "Of the worst point: friction that does not oppose the sliding at its limit.",
+             step.residual_complementarity_J);
+  page.gauge("cradle_contact_residual_ratio",
+             "Natural map of all contact points by their impulses and velocities.",
+             step.residual_relative);
+  const StepBalance& balance = step.balance;
+  page.gauge("cradle_balance_tick", "The tick that the balance is of; 0: none yet.", balance.tick);
+  page.gauge("cradle_kinetic_change_joules",
+             "Change of the kinetic energy of bodies in contact in that tick.", balance.kinetic_J);
+  page.begin("cradle_work_joules", "gauge",
+             "What changed it, by what; below 0 where it was taken.");
+  page.sample({{"by", "gravity"}}, balance.gravity_J);
+  page.sample({{"by", "wrenches"}}, balance.wrenches_J);
+  page.sample({{"by", "friction"}}, balance.friction_J);
+  page.sample({{"by", "impacts"}}, balance.impacts_J);
+  page.sample({{"by", "kinematic_bodies"}}, balance.driven_J);
+  page.sample({{"by", "unaccounted"}}, balance.unaccounted_J);
+  page.gauge("cradle_momentum_unaccounted_newton_seconds",
+             "Momentum that they got beyond what loads and what does not yield gave them.",
+             balance.momentum_unaccounted_Ns);
+}
+
 void write_commands(Page& page, const Readings& r) {
   page.gauge("cradle_clients", "Clients heard within the last 10 s.", r.clients);
   page.begin("cradle_commands_total", "counter",
@@ -200,6 +239,7 @@ std::string metrics_text(const Readings& r) {
   page.sample({{"world", r.world}}, 1);
   write_time(page, r);
   write_world(page, r);
+  write_accuracy(page, r);
   write_commands(page, r);
   write_network(page, r);
   page.begin("cradle_log_lines_dropped_total", "counter",

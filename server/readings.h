@@ -12,6 +12,7 @@
 
 #include "protocol/transport/transport.h"
 #include "server/inbox.h"
+#include "server/world/world.h"
 
 namespace cradle {
 
@@ -40,10 +41,11 @@ struct Readings {
   double real_time_factor = 0;
 
   std::int64_t bodies = 0, awake = 0, contacts = 0, wrenches = 0, crowded = 0, surfaces_passing = 0;
-  std::int64_t quarantines = 0;                         ///< since the start
-  std::int64_t steps_unsolved = 0;                      ///< since the start
-  std::int64_t springs_unconverged = 0;                 ///< parts of ticks, since the start
-  std::int64_t impacts = 0;                             ///< of flying balls, likewise
+  StepReport last_step;                  ///< its balance is that of the last tick that had one
+  std::int64_t quarantines = 0;          ///< since the start
+  std::int64_t steps_unsolved = 0;       ///< since the start
+  std::int64_t springs_unconverged = 0;  ///< parts of ticks, since the start
+  std::int64_t impacts = 0;              ///< of flying balls, likewise
   std::int64_t impacts_ordered = 0, impacts_spent = 0;  ///< as StepReport, likewise
   std::int64_t stopped_at_impact = 0;                   ///< bodies, in all ticks since the start
   std::int64_t impacts_unresolved = 0;                  ///< likewise

@@ -19,9 +19,10 @@ namespace {
 
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
 constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
-constexpr std::string_view kWorldKeys[] = {"rate_hz", "sub_steps",    "contact_tolerance_m",
-                                           "planar",  "gravity_mps2", "solver",
-                                           "scheme",  "broad_phase",  "sleeping"};
+constexpr std::string_view kWorldKeys[] = {"rate_hz",       "sub_steps",     "contact_tolerance_m",
+                                           "planar",        "gravity_mps2",  "solver",
+                                           "scheme",        "broad_phase",   "sleeping",
+                                           "balance_every", "balance_flight"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -129,6 +130,9 @@ WorldSettings read_settings(const TomlTable& table) {
     table.refuse("contact_tolerance_m", "sub_steps are given, too");
   }
   table.read("sleeping", settings.is_sleeping);
+  table.read("balance_every", settings.balance_every);
+  if (settings.balance_every < 0) require(table, "balance_every", Result::out_of_range);
+  table.read("balance_flight", settings.balance_flight);
   table.read("planar", settings.is_planar);
   if (settings.is_planar) settings.gravity_W = {0, -9.81, 0};
   table.read("gravity_mps2", settings.gravity_W);

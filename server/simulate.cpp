@@ -46,6 +46,26 @@ class Trace {
   std::vector<BodyState> states_;
 };
 
+/// Of the last step.
+void add_accuracy(Summary& s, Tick tick) {
+  s.residual_max_mps = std::max(s.residual_max_mps, s.last_step.residual_mps);
+  s.residual_relative_max = std::max(s.residual_relative_max, s.last_step.residual_relative);
+  const StepBalance& one = s.last_step.balance;
+  // The report of a tick without one has the last that there was.
+  if (one.tick == 0 || one.tick != tick) return;
+  ++s.balance.tick;
+  s.balance.kinetic_J += one.kinetic_J;
+  s.balance.gravity_J += one.gravity_J;
+  s.balance.wrenches_J += one.wrenches_J;
+  s.balance.friction_J += one.friction_J;
+  s.balance.impacts_J += one.impacts_J;
+  s.balance.driven_J += one.driven_J;
+  s.balance.unaccounted_J += one.unaccounted_J;
+  s.energy_unaccounted_max_J = std::max(s.energy_unaccounted_max_J, std::abs(one.unaccounted_J));
+  s.momentum_unaccounted_max_Ns =
+      std::max(s.momentum_unaccounted_max_Ns, one.momentum_unaccounted_Ns);
+}
+
 }  // namespace
 
 SceneRun::SceneRun(Scene scene) : scene_(std::move(scene)), world_(scene_.settings) {
@@ -151,6 +171,7 @@ void simulate(const SimulateOptions& options) {
     summary.impacts_spent += summary.last_step.impacts_spent;
     summary.sub_steps_max = std::max(summary.sub_steps_max, summary.last_step.sub_steps_max);
     summary.impacts_unresolved += summary.last_step.impacts_unresolved;
+    add_accuracy(summary, tick);
     summary.crowded_max = std::max(summary.crowded_max, summary.last_step.crowded);
     summary.surfaces_passing_max =
         std::max(summary.surfaces_passing_max, summary.last_step.surfaces_passing);

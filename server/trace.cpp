@@ -77,12 +77,14 @@ Output::Output(const std::string& path) : path_(path) {
 
 std::ostream& Output::stream() { return path_ == "-" ? std::cout : file_; }
 
-void Output::write(const std::string& text) { stream() << text; }
+void Output::write(const std::string& text) {
+  errno = 0;
+  if (!(stream() << text) && error_ == 0) error_ = errno;
+}
 
 void Output::finish() {
-  errno = 0;
-  stream().flush();
-  if (stream()) return;
+  errno = error_;
+  if (stream() && stream().flush()) return;
   const std::string reason =
       errno != 0 ? std::generic_category().message(errno) : "not all written";
   throw OutputError((path_ == "-" ? "standard output" : path_) + ": " + reason);
@@ -139,6 +141,23 @@ std::string to_json(const Summary& s) {
   json.add("contacts", s.last_step.contacts);
   json.add("penetration_max_m", s.penetration_max_m);
   json.add("penetration_mean_m", s.last_step.penetration_mean_m);
+  json.add("residual_max_mps", s.residual_max_mps);
+  json.add("residual_relative_max", s.residual_relative_max);
+  json.add("residual_mps", s.last_step.residual_mps);
+  json.add("residual_relative", s.last_step.residual_relative);
+  json.add("residual_signorini_mps", s.last_step.residual_signorini_mps);
+  json.add("residual_cone_mps", s.last_step.residual_cone_mps);
+  json.add("residual_complementarity_J", s.last_step.residual_complementarity_J);
+  json.add("balanced_ticks", s.balance.tick);
+  json.add("kinetic_change_J", s.balance.kinetic_J);
+  json.add("work_gravity_J", s.balance.gravity_J);
+  json.add("work_wrenches_J", s.balance.wrenches_J);
+  json.add("work_friction_J", s.balance.friction_J);
+  json.add("work_impacts_J", s.balance.impacts_J);
+  json.add("work_driven_J", s.balance.driven_J);
+  json.add("energy_unaccounted_J", s.balance.unaccounted_J);
+  json.add("energy_unaccounted_max_J", s.energy_unaccounted_max_J);
+  json.add("momentum_unaccounted_max_Ns", s.momentum_unaccounted_max_Ns);
   json.add("kinetic_energy_J", s.totals.kinetic_energy_J);
   json.add("potential_energy_J", s.totals.potential_energy_J);
   json.add("energy_J", s.totals.kinetic_energy_J + s.totals.potential_energy_J);

@@ -35,6 +35,7 @@ class Output {
 
   std::string path_;
   std::ofstream file_;
+  int error_ = 0;  // of the first write that failed
 };
 
 /// First line of a trace.
@@ -61,6 +62,10 @@ struct Summary {
   std::int64_t quarantined = 0;
   std::int64_t not_colliding = 0;  ///< bodies of shapes that do not collide yet
   StepReport last_step;
+  /// Of all ticks: the largest, and sums over those that had a balance.
+  double residual_max_mps = 0, residual_relative_max = 0;
+  StepBalance balance;  ///< `tick`: how many there were
+  double energy_unaccounted_max_J = 0, momentum_unaccounted_max_Ns = 0;
   std::int64_t crowded_max = 0;        ///< StepReport::crowded, of all ticks
   std::int64_t stopped_at_impact = 0;  ///< of StepReport, over all ticks
   std::int64_t impacts = 0, impacts_ordered = 0, impacts_spent = 0;  ///< likewise

@@ -9,10 +9,10 @@
 -- often. Ids, sequences, ticks and epochs stay below 2^53: a double holds them.
 
 local lcm = require 'lcm'
-local versions = { body_spec = 3, spawn = 3, world_status = 2 } -- of the others: 1
+local versions = { body_spec = 3, spawn = 3, world_status = 3 } -- of the others: 1
 local function wire(name) return require('cradle_wire.' .. name .. '_v' .. (versions[name] or 1)) end
 
--- liblcm-lua 1.3.1 unpacks at most 20 numbers at once; the heartbeat has 27 in a row: one by one.
+-- liblcm-lua 1.3.1 unpacks at most 20 numbers at once; the heartbeat has 41 in a row: one by one.
 local unpack_few, bytes_of = lcm._pack.unpack, { i = 4, q = 8, d = 8 }
 function lcm._pack.unpack(format, bytes)
   if not format:match('^>[iqd]+$') then return unpack_few(format, bytes) end

@@ -47,6 +47,17 @@ std::string describe(const WorldStatus& s) {
                          1e3 * s.penetration_mean_m));
   line("contacts", format("%lld islands, %d sub-steps at most, %.3f mm of sag expected, %d impacts",
                           wide(s.islands), s.sub_steps_max, 1e3 * s.sag_expected_m, s.impacts));
+  line("residual", format("%.3g mm/s, %.2g relative; Signorini %.3g mm/s, cone %.3g mm/s, "
+                          "complementarity %.3g J",
+                          1e3 * s.residual_mps, s.residual_relative, 1e3 * s.residual_signorini_mps,
+                          1e3 * s.residual_cone_mps, s.residual_complementarity_J));
+  line("energy", s.balance_tick == 0
+                     ? std::string("no balance yet")
+                     : format("%.3g J in tick %lld: gravity %.3g, pushes %.3g, friction %.3g, "
+                              "impacts %.3g, driven %.3g; unaccounted %.3g J, %.3g N s",
+                              s.kinetic_change_J, wide(s.balance_tick), s.work_gravity_J,
+                              s.work_wrenches_J, s.work_friction_J, s.work_impacts_J,
+                              s.work_driven_J, s.energy_unaccounted_J, s.momentum_unaccounted_Ns));
   line("tick", format("%.0f us: apply %.0f, collide %.0f, solve %.0f, publish %.0f", tick_us,
                       s.apply_us, s.collide_us, s.solve_us, s.publish_us));
   line("clients", format("%lld, %lld commands applied, %lld refused", wide(s.clients),
@@ -91,6 +102,20 @@ std::string to_json(const WorldStatus& s) {
       {"islands", integer(s.islands)},
       {"sub_steps_max", integer(s.sub_steps_max)},
       {"sag_expected_m", json_number(s.sag_expected_m)},
+      {"residual_mps", json_number(s.residual_mps)},
+      {"residual_relative", json_number(s.residual_relative)},
+      {"residual_signorini_mps", json_number(s.residual_signorini_mps)},
+      {"residual_cone_mps", json_number(s.residual_cone_mps)},
+      {"residual_complementarity_J", json_number(s.residual_complementarity_J)},
+      {"balance_tick", integer(s.balance_tick)},
+      {"kinetic_change_J", json_number(s.kinetic_change_J)},
+      {"work_gravity_J", json_number(s.work_gravity_J)},
+      {"work_wrenches_J", json_number(s.work_wrenches_J)},
+      {"work_friction_J", json_number(s.work_friction_J)},
+      {"work_impacts_J", json_number(s.work_impacts_J)},
+      {"work_driven_J", json_number(s.work_driven_J)},
+      {"energy_unaccounted_J", json_number(s.energy_unaccounted_J)},
+      {"momentum_unaccounted_Ns", json_number(s.momentum_unaccounted_Ns)},
       {"impacts", integer(s.impacts)},
       {"overruns", integer(s.overruns)},
       {"commands_applied", integer(s.commands_applied)},

@@ -9,7 +9,7 @@ namespace cradle::tool {
 
 std::string describe(const WorldStatus& status);
 
-/// One object; the keys are the fields of world_status_v2.lcm, flags as booleans.
+/// One object; the keys are the fields of world_status_v3.lcm, flags as booleans.
 std::string to_json(const WorldStatus& status);
 
 }  // namespace cradle::tool

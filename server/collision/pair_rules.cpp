@@ -1,6 +1,7 @@
 #include "server/collision/pair_rules.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 namespace cradle {
@@ -26,11 +27,13 @@ void add_plane_pairs(const BroadPhaseInput& input, std::size_t most, std::vector
 
 Vector median_of(std::span<const Aabb> boxes) {
   constexpr std::size_t most = 61;
-  std::vector<const Aabb*> sample;
+  std::array<const Aabb*, most> sampled;
+  std::size_t count = 0;
   const std::size_t stride = boxes.size() / most + 1;
   for (std::size_t slot = 0; slot < boxes.size(); slot += stride) {
-    if (is_usable(boxes[slot])) sample.push_back(&boxes[slot]);
+    if (is_usable(boxes[slot])) sampled[count++] = &boxes[slot];
   }
+  const std::span sample(sampled.data(), count);
   Vector median = Vector::Zero();
   if (sample.empty()) return median;
   const auto half = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);

@@ -56,7 +56,10 @@ Ball ball_of(const World::State& s, std::size_t i) {
 /// One tick's balls, from the pairs of boxes to where they are at its end.
 class Bounces final : public BallSurroundings {
  public:
-  explicit Bounces(World::State& s) : s_(s), balls_(s.balls), events_(s.balls.events) {}
+  explicit Bounces(World::State& s) : s_(s), balls_(s.balls), events_(s.balls.events) {
+    strangers_.clear();
+    obstacle_slots_.clear();
+  }
 
   void find_and_apply() {
     for (const BodyPair& pair : s_.pairs) add(pair);
@@ -95,10 +98,7 @@ class Bounces final : public BallSurroundings {
   }
 
  private:
-  /// A pair of a ball with what is no business of balls.
-  struct Stranger {
-    std::int32_t ball, slot;
-  };
+  using Stranger = Ballistic::Stranger;
 
   std::int32_t number(std::int32_t slot) const { return balls_.number[index(slot)]; }
   bool is_out(std::int32_t number) const { return balls_.is_out[index(number)] != 0; }
@@ -220,6 +220,8 @@ class Bounces final : public BallSurroundings {
       const Ball& ball = events_.balls[k];
       if (ball.impacts == 0) continue;
       const std::size_t i = index(balls_.slots[k]);
+      const Vector x = bodies.x[i];
+      const Momentum before = momentum_before(s_, i);
       bodies.x[i] = ball.x;
       bodies.v[i] = ball.v;
       if (ball.w != bodies.w[i]) {
@@ -227,6 +229,7 @@ class Bounces final : public BallSurroundings {
         bodies.q[i] = normalised(ball.turn * bodies.q[i]);
       }
       if (s_.settings.is_planar) keep_in_plane(bodies, i);
+      add_ball(s_, i, x, before);
     }
     for (const Stranger& one : strangers_) {
       const std::int32_t slot = balls_.slots[index(one.ball)];
@@ -239,8 +242,9 @@ class Bounces final : public BallSurroundings {
   World::State& s_;
   Ballistic& balls_;
   BallEvents& events_;
-  std::vector<Stranger> strangers_;
-  std::vector<std::int32_t> obstacle_slots_, partners_;
+  std::vector<Stranger>& strangers_ = balls_.strangers;
+  std::vector<std::int32_t>& obstacle_slots_ = balls_.obstacle_slots;
+  std::vector<std::int32_t>& partners_ = balls_.partners;
   bool any_is_out_ = false;
 };
 

@@ -16,8 +16,13 @@
 
 namespace cradle {
 
-/// Made anew in each tick.
+/// Made anew in each tick, in memory that is kept.
 struct Ballistic {
+  /// A pair of a ball with what is no business of balls.
+  struct Stranger {
+    std::int32_t ball, slot;
+  };
+
   std::vector<std::int32_t> number;  ///< by slot, of what could take part: place in `slots`; or -1
   std::vector<std::int32_t> slots;   ///< ascending
   std::vector<std::uint8_t> is_out;  ///< by number: takes no part
@@ -27,6 +32,9 @@ struct Ballistic {
   std::vector<BodyPair> passed_by;     ///< pairs of fast deviated balls with what they do not know
   BallEvents events;
   BallReport report;
+  std::vector<Stranger> strangers;
+  std::vector<std::int32_t> obstacle_slots;
+  std::vector<std::int32_t> partners;  ///< of a ball that looks around
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
   bool flies(std::size_t slot) const {

@@ -253,13 +253,13 @@ void foresee_impacts(World::State& s, Executor& executor) {
       fast.meetings.push_back({k, 0, expected(s, a), expected(s, b)});
     }
   }
-  std::vector<TimeOfImpact> found(fast.meetings.size());
-  executor.for_ranges(static_cast<int>(found.size()), [&](int begin, int end) {
+  fast.found.resize(fast.meetings.size());
+  executor.for_ranges(static_cast<int>(fast.found.size()), [&s](int begin, int end) {
     for (int m = begin; m < end; ++m) {
-      Meeting& meeting = fast.meetings[index(m)];
+      Meeting& meeting = s.fast.meetings[index(m)];
       const auto [slot_A, slot_B] = s.pairs[meeting.pair];
       const std::size_t a = index(slot_A), b = index(slot_B);
-      TimeOfImpact& impact = found[index(m)];
+      TimeOfImpact& impact = s.fast.found[index(m)];
       impact = meet(s, a, meeting.A, b, meeting.B, ImpactGoal::touch);
       if (impact.began_touching) continue;
       forget_manifolds(s, meeting.pair);
@@ -268,7 +268,7 @@ void foresee_impacts(World::State& s, Executor& executor) {
       collide_ahead(s, meeting);
     }
   });
-  for (const TimeOfImpact& impact : found) count(fast, impact);
+  for (const TimeOfImpact& impact : fast.found) count(fast, impact);
   std::erase_if(fast.meetings, [](const Meeting& meeting) { return meeting.time == 0; });
 }
 

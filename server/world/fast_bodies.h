@@ -48,6 +48,7 @@ struct FastBodies {
   std::vector<Vector> v_start, w_start;  ///< of them: before they moved
   bool any = false;                      ///< kinematic bodies included
   std::vector<Meeting> meetings;         ///< ascending
+  std::vector<TimeOfImpact> found;       ///< of the pairs with fast bodies; memory that is kept
   std::int64_t searches = 0;             ///< for a time of impact, of this tick
   int stopped = 0;                       ///< bodies at their time of impact
   int unresolved = 0;                    ///< searches that ended early, and bodies that stayed

@@ -17,26 +17,20 @@ constexpr int kSweepsMax = 16;
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
-/// A fast dynamic body, and the way it went.
-struct Mover {
-  std::size_t slot;
-  Path path;  // `until` is where it stops
-  bool flew_fast;
-  Vector v_start, w_start;    // if so: before it moved
-  std::int32_t carrier = -1;  // slot of the kinematic body that it stopped for, and goes along with
-};
-
-struct Candidate {
-  BodyPair pair;
-  ImpactGoal goal;
-  Path A, B;
-  bool is_open = true;  // to be looked at
-  double time = 1;      // of the hit that was found
-};
+using Mover = ImpactStops::Mover;
+using Candidate = ImpactStops::Candidate;
 
 class Stops {
  public:
-  Stops(World::State& s, Executor& executor) : s_(s), executor_(executor) {}
+  Stops(World::State& s, Executor& executor)
+      : s_(s),
+        executor_(executor),
+        memory_(s.stops),
+        movers_(memory_.movers),
+        candidates_(memory_.candidates) {
+    movers_.clear();
+    candidates_.clear();
+  }
 
   void find_and_apply() {
     list_movers();
@@ -106,7 +100,7 @@ class Stops {
       add_pair(pair, touches ? ImpactGoal::contact : ImpactGoal::gap);
     }
     for (const BodyPair& pair : s_.balls.passed_by) add_pair(pair, ImpactGoal::gap);
-    std::vector<BodyPair> more = pairs_of_leavers();
+    std::vector<BodyPair>& more = pairs_of_leavers();
     std::sort(more.begin(), more.end());
     more.erase(std::unique(more.begin(), more.end()), more.end());
     for (const BodyPair& pair : more) {
@@ -120,8 +114,9 @@ class Stops {
     candidates_.push_back({pair, goal, path_of(pair.a), path_of(pair.b)});
   }
 
-  std::vector<BodyPair> pairs_of_leavers() {
-    std::vector<std::size_t> leavers;  // places among the colliders
+  std::vector<BodyPair>& pairs_of_leavers() {
+    std::vector<std::size_t>& leavers = memory_.leavers;
+    leavers.clear();
     for (const Mover& one : movers_) {
       if (s_.balls.flies(one.slot)) continue;
       const auto at = std::lower_bound(s_.colliders.begin(), s_.colliders.end(),
@@ -132,7 +127,8 @@ class Stops {
       s_.boxes[k] = box;
       leavers.push_back(k);
     }
-    std::vector<BodyPair> pairs;
+    std::vector<BodyPair>& pairs = memory_.pairs;
+    pairs.clear();
     if (leavers.empty()) return pairs;
     const Vector origin = median_of(s_.boxes);
     std::vector<FloatBox> boxes(s_.boxes.size());
@@ -159,18 +155,21 @@ class Stops {
 
   /// True if a way became shorter.
   bool look_at_pairs() {
-    std::vector<std::size_t> open;
+    std::vector<std::size_t>& open = memory_.open;
+    open.clear();
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
       if (candidates_[c].is_open) open.push_back(c);
     }
-    std::vector<TimeOfImpact> found(open.size());
-    executor_.for_ranges(static_cast<int>(open.size()), [&](int begin, int end) {
+    std::vector<TimeOfImpact>& found = memory_.found;
+    found.resize(open.size());
+    executor_.for_ranges(static_cast<int>(open.size()), [this](int begin, int end) {
       for (int k = begin; k < end; ++k) {
-        const Candidate& c = candidates_[open[index(k)]];
-        found[index(k)] = meet(s_, index(c.pair.a), c.A, index(c.pair.b), c.B, c.goal);
+        const Candidate& c = candidates_[memory_.open[index(k)]];
+        memory_.found[index(k)] = meet(s_, index(c.pair.a), c.A, index(c.pair.b), c.B, c.goal);
       }
     });
-    std::vector<std::int32_t> stopped;
+    std::vector<std::int32_t>& stopped = memory_.stopped;
+    stopped.clear();
     for (std::size_t k = 0; k < open.size(); ++k) {
       Candidate& c = candidates_[open[k]];
       c.is_open = false;
@@ -231,6 +230,8 @@ class Stops {
     const std::size_t i = mover.slot;
     const double t = mover.path.until;
     const double energy = energy_of_rotation(i);
+    const Vector x_before = bodies.x[i];
+    const Momentum before = momentum_before(s_, i);
     Pose X = moved(mover.path, s_.poses[i], t);
     if (mover.carrier >= 0) X = carried(X, mover.carrier, t);
     bodies.place(i, {X.x, normalised(Rotation(X.R))});
@@ -242,12 +243,14 @@ class Stops {
     const double now = energy_of_rotation(i);
     if (now > energy && now > 0) bodies.w[i] *= std::sqrt(energy / now);
     if (s_.settings.is_planar) keep_in_plane(bodies, i);
+    add_unaccounted(s_, i, x_before, before);
   }
 
   World::State& s_;
   Executor& executor_;
-  std::vector<Mover> movers_;  // ascending
-  std::vector<Candidate> candidates_;
+  ImpactStops& memory_;
+  std::vector<Mover>& movers_;
+  std::vector<Candidate>& candidates_;
 };
 
 }  // namespace

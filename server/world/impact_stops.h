@@ -10,10 +10,44 @@
 /// impulses, keeps the one it has. Neither adds energy.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
+#include "server/collision/broad_phase.h"
 #include "server/collision/executor.h"
+#include "server/collision/time_of_impact.h"
 #include "server/world/world.h"
 
 namespace cradle {
+
+/// What that look works with: made anew in each tick, in memory that is kept.
+struct ImpactStops {
+  /// A fast dynamic body, and the way it went.
+  struct Mover {
+    std::size_t slot;
+    Path path;  // `until` is where it stops
+    bool flew_fast;
+    Vector v_start, w_start;  // if so: before it moved
+    std::int32_t carrier =
+        -1;  // slot of the kinematic body that it stopped for, and goes along with
+  };
+
+  struct Candidate {
+    BodyPair pair;
+    ImpactGoal goal;
+    Path A, B;
+    bool is_open = true;  // to be looked at
+    double time = 1;      // of the hit that was found
+  };
+
+  std::vector<Mover> movers;  ///< ascending
+  std::vector<Candidate> candidates;
+  std::vector<std::size_t> leavers;  ///< places among the colliders
+  std::vector<BodyPair> pairs;       ///< of them
+  std::vector<std::size_t> open;     ///< candidates
+  std::vector<TimeOfImpact> found;   ///< of them
+  std::vector<std::int32_t> stopped;
+};
 
 /// After all have moved.
 void stop_at_impacts(World::State& s, Executor& executor);

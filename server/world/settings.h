@@ -18,6 +18,9 @@ struct WorldSettings {
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2; without z in a planar world
   bool is_planar = false;       ///< bodies stay in z = 0 and turn about z: see plane.h
   bool is_sleeping = true;      ///< islands at rest fall asleep: see sleeping.h
+  /// Ticks from one balance of energy and momentum to the next (StepBalance), 0: never.
+  int balance_every = 8;
+  bool balance_flight = false;  ///< bodies that only fly are part of it, too
   int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
   std::string solver = "soft";   ///< a name of solver_names()
   std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()

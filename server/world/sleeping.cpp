@@ -164,11 +164,11 @@ class Rest {
     for (std::size_t k = 0; k < s_.moving.size(); ++k) {
       number_[index(s_.moving[k])] = static_cast<std::int32_t>(k);
     }
-    std::vector<ColouredPair> carrying;
+    carrying_.clear();
     for (const ContactConstraint& c : s_.constraints) {
-      if (carries(c)) carrying.push_back({number_[index(c.a)], number_[index(c.b)]});
+      if (carries(c)) carrying_.push_back({number_[index(c.a)], number_[index(c.b)]});
     }
-    islands_.find(carrying, s_.moving.size());
+    islands_.find(carrying_, s_.moving.size());
     names_.assign(islands_.count(), 0);
     is_bound_.assign(s_.moving.size(), 0);
     for (const ContactConstraint& c : s_.constraints) {
@@ -190,10 +190,12 @@ class Rest {
       if (name == kAwake) continue;
       any = true;
       const std::size_t i = index(s_.moving[k]);
+      const Momentum before = momentum_before(s_, i);
       s_.bodies.island[i] = name;
       s_.bodies.v[i] = s_.bodies.w[i] = Vector::Zero();
       s_.sleepers.is_box_known[i] = 0;
       s_.events.push_back(event_of(s_, i, EventKind::slept));
+      add_unaccounted(s_, i, s_.bodies.x[i], before);
     }
     return any;
   }
@@ -222,10 +224,11 @@ class Rest {
 
   World::State& s_;
   const Stillness& still_;
-  Islands islands_;
-  std::vector<std::int32_t> number_;  // by slot: among the moving bodies, or -1
-  std::vector<std::int64_t> names_;   // by island: id of its first body; or kAwake
-  std::vector<std::uint8_t> is_bound_;
+  Islands& islands_ = s_.sleepers.islands;
+  std::vector<ColouredPair>& carrying_ = s_.sleepers.carrying;
+  std::vector<std::int32_t>& number_ = s_.sleepers.number;
+  std::vector<std::int64_t>& names_ = s_.sleepers.names;
+  std::vector<std::uint8_t>& is_bound_ = s_.sleepers.is_bound;
 };
 
 /// Puts by what the contacts of new sleepers carried, and their manifolds.

@@ -19,6 +19,7 @@
 #include <span>
 #include <vector>
 
+#include "server/dynamics/contact/islands.h"
 #include "server/world/contact_cache.h"
 #include "server/world/world.h"
 
@@ -54,6 +55,12 @@ struct Sleepers {
   std::vector<std::uint8_t> is_box_known;  ///< by slot
   bool are_slots_known = false;
   std::vector<std::int32_t> slots;  ///< of sleepers and what they touch
+  // To find who falls asleep, made anew in each tick, in memory that is kept:
+  Islands islands;  ///< of what carries
+  std::vector<ColouredPair> carrying;
+  std::vector<std::int32_t> number;  ///< by slot: among the moving bodies, or -1
+  std::vector<std::int64_t> names;   ///< by island: id of its first body, or that it stays awake
+  std::vector<std::uint8_t> is_bound;
   bool any() const { return !contacts.empty(); }
 };
 

@@ -15,10 +15,12 @@
 #include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/schemes/scheme.h"
 #include "server/dynamics/spring_step.h"
+#include "server/world/balance.h"
 #include "server/world/ballistic.h"
 #include "server/world/body_table.h"
 #include "server/world/contact_cache.h"
 #include "server/world/fast_bodies.h"
+#include "server/world/impact_stops.h"
 #include "server/world/pair_memory.h"
 #include "server/world/sleeping.h"
 #include "server/world/world.h"
@@ -84,6 +86,7 @@ struct World::State {
   std::unique_ptr<BroadPhase> broad_phase;
   std::unique_ptr<ContactSolver> solver;
   ContactReport solved;
+  Balance balance;
   const Scheme* scheme = nullptr;
   bool renumbered = true;  ///< lists of slots must be made anew: bodies came, went or changed
   std::vector<Event> events;
@@ -102,6 +105,7 @@ struct World::State {
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
   std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
   FastBodies fast;
+  ImpactStops stops;
   Ballistic balls;
   std::vector<double> axial_shares;  ///< by slot, see BodyArrays
   std::vector<ContactConstraint> constraints;

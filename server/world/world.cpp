@@ -43,6 +43,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   ++s.tick;
   if (observer != nullptr) observer->enter(Phase::collide);
   begin_tick(s.wrenches, s.gravity_W, s.bodies, s.loads);
+  begin_balance(s);
   s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
   Steps::find_pairs(s);
@@ -58,7 +59,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   move_with_springs(s);
   add_drag(s);
   s.solved = s.solver->advance({s.dt, s.settings.sub_steps, s.settings.contact_tolerance_m,
-                                s.settings.lanes, s.moving, s.driven},
+                                s.settings.lanes, s.moving, s.driven, s.balance.is_due},
                                s.arrays(), s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
@@ -66,6 +67,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   s.contacts.store(s.bodies.id, s.constraints);
   quarantine_unusable(s);
   let_sleep(s);
+  end_balance(s);
   return Steps::report(s);
 }
 
@@ -293,6 +295,13 @@ StepReport World::Steps::report(const State& s) {
   report.pairs = static_cast<std::int64_t>(s.pairs.size());
   report.sub_steps_max = s.solved.sub_steps_max;
   report.sag_expected_m = s.solved.sag_max_m;
+  const ContactResidual& residual = s.solved.residual;
+  report.residual_mps = residual.most.natural_mps;
+  report.residual_relative = residual.relative();
+  report.residual_signorini_mps = residual.most.signorini_mps;
+  report.residual_cone_mps = residual.most.cone_mps;
+  report.residual_complementarity_J = residual.most.complementarity_J;
+  report.balance = s.balance.tick;
   report.impacts = s.balls.report.impacts;
   report.impacts_ordered = s.balls.report.ordered + s.solved.impacts_ordered;
   report.impacts_spent = s.balls.report.spent;

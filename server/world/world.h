@@ -32,17 +32,40 @@ class StepObserver {
   virtual void enter(Phase phase) = 0;
 };
 
+/// What became of energy and momentum in a tick: balance.h says of which bodies. Work is that on
+/// the bodies: what friction and impacts take is below 0.
+struct StepBalance {
+  Tick tick = 0;         ///< which one; 0: none yet
+  double kinetic_J = 0;  ///< change of kinetic energy: the sum of what follows
+  double gravity_J = 0;
+  double wrenches_J =
+      0;  ///< impulses at the tick's start included; in contact drag and springs, too
+  double friction_J = 0;
+  double impacts_J = 0;      ///< by normal impulses; of impacts with restitution by friction, too
+  double driven_J = 0;       ///< by kinematic bodies
+  double unaccounted_J = 0;  ///< the rest: overlaps that are pushed out, errors of integration
+  double momentum_unaccounted_Ns = 0;  ///< beyond what loads and what does not yield gave
+};
+
 /// What one step came to.
 struct StepReport {
   int contacts = 0;              ///< points with separation <= 0 at the tick's start
   double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
-  int bodies_in_contact = 0;    ///< that were sub-stepped
-  int islands = 0;              ///< groups of them that touch each other
-  std::int64_t sleeping = 0;    ///< bodies, at the tick's end; contacts of sleepers are not counted
-  std::int64_t pairs = 0;       ///< of bodies, that were looked at for contacts
-  int sub_steps_max = 0;        ///< of an island
-  double sag_expected_m = 0;    ///< how far the most loaded contact sinks in, where bodies rest
+  int bodies_in_contact = 0;  ///< that were sub-stepped
+  int islands = 0;            ///< groups of them that touch each other
+  std::int64_t sleeping = 0;  ///< bodies, at the tick's end; contacts of sleepers are not counted
+  std::int64_t pairs = 0;     ///< of bodies, that were looked at for contacts
+  int sub_steps_max = 0;      ///< of an island
+  double sag_expected_m = 0;  ///< how far the most loaded contact sinks in, where bodies rest
+  /// How far contact impulses are from the laws of contact at the tick's end, the worst point of
+  /// each: contact_balance.h has the definitions.
+  double residual_mps = 0;       ///< natural map
+  double residual_relative = 0;  ///< of all points, by their impulses and velocities
+  double residual_signorini_mps = 0;
+  double residual_cone_mps = 0;
+  double residual_complementarity_J = 0;
+  StepBalance balance;          ///< of the last tick that had one: WorldSettings::balance_every
   int impacts = 0;              ///< of flying balls; what is struck at once is one
   int impacts_ordered = 0;      ///< sets of any bodies too large to be solved at once: in order
   int impacts_spent = 0;        ///< balls with so many that they lost the rest of the tick

@@ -24,8 +24,12 @@ void add(const Resultant& load, BodyTable& bodies, std::size_t i, Loads& loads) 
   }
   const Rotation& q = bodies.q[i];
   const Vector angular_P = load.angular_in_P ? load.angular : q.conjugate() * load.angular;
-  bodies.v[i] += bodies.inverse_mass[i] * load.linear;
-  bodies.w[i] += q * angular_P.cwiseProduct(bodies.inverse_inertia[i]);
+  const Vector dv = bodies.inverse_mass[i] * load.linear;
+  const Vector dw_P = angular_P.cwiseProduct(bodies.inverse_inertia[i]);
+  const Vector w_P = q.conjugate() * bodies.w[i];
+  loads.impulses_J += load.linear.dot(bodies.v[i] + 0.5 * dv) + angular_P.dot(w_P + 0.5 * dw_P);
+  bodies.v[i] += dv;
+  bodies.w[i] += q * dw_P;
 }
 
 }  // namespace
@@ -76,6 +80,7 @@ void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, Bo
   loads.acceleration.resize(bodies.size());
   loads.torque_W.resize(bodies.size());
   loads.torque_P.resize(bodies.size());
+  loads.impulses_J = 0;
   loads.pushed.clear();
   loads.resultants.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {

@@ -24,6 +24,7 @@ struct Loads {
   std::vector<Vector> torque_W;      ///< N m, about Bcm: the part that is constant in W
   std::vector<Vector> torque_P;      ///< N m, in P: the part that turns with the body
   std::vector<std::int32_t> pushed;  ///< slots that a wrench acts on, ascending
+  double impulses_J = 0;             ///< what this tick's impulses did to kinetic energy
   bool keeps_resultants = false;
   struct OfBody {
     std::int32_t slot;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t kEpoch = 77;
 constexpr std::int64_t kSecond_us = 1'000'000;
-constexpr std::int64_t kSilence_us = 10 * kSecond_us;  // as world_status_v2.lcm says of clients
+constexpr std::int64_t kSilence_us = 10 * kSecond_us;  // as world_status_v3.lcm says of clients
 
 Command hello(std::int64_t client, std::int64_t sequence = 1, int version = kProtocolVersion) {
   return {{client, sequence, 0, 0}, Hello{version, "client " + std::to_string(client)}};

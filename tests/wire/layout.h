@@ -41,8 +41,8 @@ inline constexpr Layout layout_of(MessageKind kind) {
     case MessageKind::receipts:
       return {kFingerprintBytes + 4 + 8, 4 * 8 + 2 * 4};
     case MessageKind::status:
-      return {kFingerprintBytes + 2 * 4 + 3 * 8 + 2 * 8 + 4 * 8 + 4 * 8 + 2 * 8 + (8 + 4 + 8 + 4) +
-                  7 * 8 + 3 * 4 + kNameBytes,
+      return {kFingerprintBytes + 2 * 4 + 3 * 8 + 2 * 8 + 4 * 8 + 4 * 8 + 2 * 8 + (8 + 4 + 8) +
+                  (5 + 1 + 8) * 8 + 4 + 7 * 8 + 3 * 4 + kNameBytes,
               0};
     case MessageKind::states:
       return {kFingerprintBytes + 4 + 4 * 8 + 2 * 4 + 2 * 8, 8 + 2 * 4 + kMotion};

@@ -214,7 +214,7 @@ TEST_CASE("every message type keeps its fingerprint, and no two have the same") 
       {MessageKind::set_gravity, 0x9b3a32c20a4d49ff},
       {MessageKind::control, 0x6c721652a8ed25eb},
       {MessageKind::receipts, 0x1943e67d07f8584b},
-      {MessageKind::status, 0xde7d6b44fdac9e33},
+      {MessageKind::status, 0xeb428718f0b860cf},
       {MessageKind::states, 0x6ed0b3155eee5823},
       {MessageKind::events, 0xe470df3044ac103c}};
   Samples samples(4);

@@ -208,12 +208,31 @@ class Samples {
     for (std::int64_t* count :
          {&s.tick, &s.tick_time_us, &s.bodies, &s.contacts, &s.clients, &s.wrenches, &s.overruns,
           &s.commands_applied, &s.commands_refused, &s.datagrams_rejected, &s.datagrams_dropped,
-          &s.chunks_dropped, &s.quarantined, &s.islands}) {
+          &s.chunks_dropped, &s.quarantined, &s.islands, &s.balance_tick}) {
       *count = integer();
     }
-    for (double* value :
-         {&s.rate_hz, &s.real_time_factor, &s.apply_us, &s.collide_us, &s.solve_us, &s.publish_us,
-          &s.penetration_max_m, &s.penetration_mean_m, &s.sag_expected_m}) {
+    for (double* value : {&s.rate_hz,
+                          &s.real_time_factor,
+                          &s.apply_us,
+                          &s.collide_us,
+                          &s.solve_us,
+                          &s.publish_us,
+                          &s.penetration_max_m,
+                          &s.penetration_mean_m,
+                          &s.sag_expected_m,
+                          &s.residual_mps,
+                          &s.residual_relative,
+                          &s.residual_signorini_mps,
+                          &s.residual_cone_mps,
+                          &s.residual_complementarity_J,
+                          &s.kinetic_change_J,
+                          &s.work_gravity_J,
+                          &s.work_wrenches_J,
+                          &s.work_friction_J,
+                          &s.work_impacts_J,
+                          &s.work_driven_J,
+                          &s.energy_unaccounted_J,
+                          &s.momentum_unaccounted_Ns}) {
       *value = number();
     }
     s.sub_steps_max = small_integer();

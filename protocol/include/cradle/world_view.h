@@ -35,7 +35,22 @@ struct WorldStatus {
   std::int64_t islands = 0;  ///< groups of bodies in contact with each other, in the last tick
   std::int32_t sub_steps_max = 0;  ///< of an island, in it
   double sag_expected_m = 0;       ///< of the most loaded contact, by the loads that last
-  std::int32_t impacts = 0;        ///< of flying balls, in it
+  /// How far contact impulses were from the laws of contact at its end, each of the worst point.
+  double residual_mps = 0;       ///< natural map
+  double residual_relative = 0;  ///< of all points, by their impulses and velocities
+  double residual_signorini_mps = 0;
+  double residual_cone_mps = 0;
+  double residual_complementarity_J = 0;
+  Tick balance_tick = 0;  ///< the tick of what follows: every so many have a balance; 0: none yet
+  double kinetic_change_J = 0;  ///< of bodies in contact: the sum of the next six
+  double work_gravity_J = 0;    ///< done on the bodies: below 0 where it is taken
+  double work_wrenches_J = 0;
+  double work_friction_J = 0;
+  double work_impacts_J = 0;  ///< by normal impulses
+  double work_driven_J = 0;   ///< by kinematic bodies
+  double energy_unaccounted_J = 0;
+  double momentum_unaccounted_Ns = 0;
+  std::int32_t impacts = 0;  ///< of flying balls, in the last tick
   std::int64_t overruns = 0;
   std::int64_t commands_applied = 0;
   std::int64_t commands_refused = 0;

@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "server/dynamics/contact/contact_balance.h"
 #include "server/dynamics/contact/contact_block.h"
 #include "server/dynamics/contact/contact_solver.h"
 
@@ -79,6 +80,19 @@ class BodyLines {
   /// Displacement and turn since the tick's start.
   Eigen::Map<const Vector> dp(std::int32_t line) const { return linear(at(motions_, line)); }
   Eigen::Map<const Vector> theta(std::int32_t line) const { return angular(at(motions_, line)); }
+
+  // For the balance of a tick: body_balance.cpp. Nothing of it moves a body.
+
+  /// Makes `means` those of the sub-step that is done: its velocities before and after, halved.
+  void take_means(double h);
+  const BodyLine* means() const { return means_.data(); }
+  /// J, at these velocities of its line.
+  double kinetic_energy(std::int32_t line, const Vector& v, const Vector& w) const;
+  double mass(std::int32_t line) const { return 1 / bodies_.inverse_mass[at(states_, line).slot]; }
+  /// Takes away what there is, before a tick; adds it, and what loads did, after the last sub-step.
+  void begin_balance(ContactBalance& balance);
+  void end_balance(ContactBalance& balance, double dt) const;
+
   BodyLine* velocities() { return velocities_.data(); }
   const BodyLine* motions() const { return motions_.data(); }
 
@@ -114,6 +128,8 @@ class BodyLines {
   std::vector<BodyLine> loads_;   // what they give to bodies that do not tumble; to others v alone
   std::vector<BodyLine> begins_;  // velocities before loads
   std::vector<BodyLine> frees_;   // after loads, before contacts
+  std::vector<BodyLine> means_;
+  double work_of_torques_ = 0;  // J, so far, if there is a balance
 };
 
 }  // namespace cradle

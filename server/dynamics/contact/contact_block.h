@@ -64,12 +64,24 @@ struct BlockRun {
   bool joint;
 };
 
+/// Residuals of points, by lane, as contact_balance.h says: largest, and sums of squares.
+struct ContactTally {
+  ContactBlock::Row natural2, signorini, cone, complementarity;
+  ContactBlock::Row natural2_sum, impulse2_sum, velocity2_sum;
+};
+/// What impulses did, by lane, J; and N s, by bodies that do not yield, on others.
+struct ContactWork {
+  ContactBlock::Row normal, friction, driven, momentum[3];
+};
+
 struct ContactKernels {
   int lanes;
   void (*prepare)(const BlockRun&, const SubStep&);
   void (*warm_start)(const BlockRun&, BodyLine* velocities);
   void (*solve)(const BlockRun&, const SubStep&, BodyLine* velocities);
   void (*relax)(const BlockRun&, const SubStep&, BodyLine* velocities, const BodyLine* motions);
+  void (*judge)(const BlockRun&, const SubStep&, const BodyLine* velocities, ContactTally&);
+  void (*work)(const BlockRun&, const BodyLine* means, ContactWork&);
 };
 
 extern const ContactKernels kContactKernels1, kContactKernels2;

@@ -24,6 +24,7 @@
 // Order as soft_step.cpp. Cost, see there.
 #pragma once
 
+#include "server/dynamics/contact/contact_audit.h"
 #include "server/dynamics/contact/contact_masses.h"
 
 namespace cradle {
@@ -331,12 +332,26 @@ struct Passes {
       });
     });
   }
+  static void judge(const BlockRun& run, const SubStep& step, const BodyLine* velocities,
+                    ContactTally& tally) {
+    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](const ContactBlock& c, int lane) CRADLE_LAMBDA {
+        judge_lanes<V, kind.kPoints>(c, lane, step, velocities, tally);
+      });
+    });
+  }
+  static void work(const BlockRun& run, const BodyLine* means, ContactWork& work) {
+    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](const ContactBlock& c, int lane)
+                            CRADLE_LAMBDA { work_lanes<V, kind.kPoints>(c, lane, means, work); });
+    });
+  }
 };
 
 template <class V>
 constexpr ContactKernels contact_kernels() {
   using P = Passes<V>;
-  return {kLanes<V>, P::prepare, P::warm_start, P::solve, P::relax};
+  return {kLanes<V>, P::prepare, P::warm_start, P::solve, P::relax, P::judge, P::work};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/dynamics/contact/contact_balance.h"
 #include "server/dynamics/contact/contact_constraint.h"
 
 namespace cradle {
@@ -17,6 +18,7 @@ struct ContactTick {
   int lanes = 0;           ///< manifolds side by side: one of flight_lanes(), or 0 for the most
   std::span<const std::int32_t> moving;  ///< slots of the dynamic bodies to move, ascending
   std::span<const std::int32_t> driven;  ///< slots of kinematic bodies they touch, ascending
+  bool is_balanced = false;              ///< the report is to have a balance
 };
 
 /// What the solver chose, and what that is worth.
@@ -26,6 +28,8 @@ struct ContactReport {
   std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
   int impacts_ordered = 0;          ///< sets too large to be solved at once: in their order
   double sag_max_m = 0;             ///< expected of loads that last, at these sub-steps
+  ContactResidual residual;         ///< after the last sub-step
+  ContactBalance balance;           ///< if asked for
 };
 
 class ContactSolver {

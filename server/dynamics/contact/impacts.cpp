@@ -208,9 +208,20 @@ double Impacts::separation(const Point& point, double t) const {
 }
 
 void Impacts::push(const Side& side, double impulse, const Vector& n) {
-  if (!bodies_->yields(side.line)) return;
+  if (!bodies_->yields(side.line)) {
+    const double speed = n.dot(bodies_->v(side.line)) + side.along.dot(bodies_->w(side.line));
+    return push_back(impulse * n, impulse * speed);
+  }
   bodies_->v(side.line) += side.inverse_mass * impulse * n;
   bodies_->w(side.line) += impulse * side.turn;
+}
+
+/// For the balance: `impulse` on a body that does not yield, which comes back at its velocity.
+void Impacts::push_back(const Vector& impulse, double work) {
+  if (balance_ == nullptr) return;
+  balance_->contacts_Ns -= impulse;
+  balance_->driven_J -= work;
+  balance_->impacts_J += work;
 }
 
 void Impacts::push(Point& point, double impulse) {
@@ -266,13 +277,19 @@ void Impacts::reflect_in_order() {
 }
 
 void Impacts::rub(Point& point) {
-  if (point.impulse > 0) {
-    SingleContact(*point.c, *bodies_).rub(*point.p, point.impulse);
-    if (point.c->turns_heavily()) {
-      TurningContact(*point.c, *bodies_, nullptr, 0).rub_at_impact(*bodies_, point.impulse);
-    }
-  }
   point.is_struck = false;
+  if (point.impulse <= 0) return;
+  const Vector given = SingleContact(*point.c, *bodies_).rub(*point.p, point.impulse);
+  const auto push_back = [&](std::int32_t line, const Vector& r, const Vector& impulse) {
+    if (bodies_->yields(line)) return;
+    const Vector v = bodies_->v(line) + Vector(bodies_->w(line)).cross(r);
+    this->push_back(impulse, impulse.dot(v));
+  };
+  push_back(point.A.line, point.p->rA, -given);
+  push_back(point.B.line, point.p->rB, given);
+  if (point.c->turns_heavily()) {
+    TurningContact(*point.c, *bodies_, nullptr, 0).rub_at_impact(*bodies_, point.impulse);
+  }
 }
 
 /// To the sub-step's start again, on the lines that lead on.
@@ -281,6 +298,12 @@ void Impacts::release(double t) {
     place_[index(body.line)] = -1;
     if (!bodies_->yields(body.line)) continue;
     ++hits_[index(body.line)];
+    if (balance_ != nullptr) {
+      const Vector v_before = body.v + t * bodies_->acceleration(body.line);
+      const Vector v = bodies_->v(body.line), w = bodies_->w(body.line);
+      balance_->impacts_J += bodies_->kinetic_energy(body.line, v, w) -
+                             bodies_->kinetic_energy(body.line, v_before, body.w);
+    }
     bodies_->v(body.line) -= t * bodies_->acceleration(body.line);
     bodies_->strike(body.line, bodies_->v(body.line) - body.v, bodies_->w(body.line) - body.w, t);
   }

@@ -19,6 +19,8 @@ class Impacts {
   bool is_empty() const { return points_.empty(); }
   /// Sets since begin() with more contacts than are solved at once: one after the other.
   int ordered() const { return ordered_; }
+  /// Whereto it adds what it does to energy and momentum, until the next call; null: nowhere.
+  void keep_balance(ContactBalance* balance) { balance_ = balance; }
   /// At a sub-step's start, before its loads: bodies that will hit others in it get the velocities
   /// that they will have then, and the places from where these lead to where they will be.
   void strike(BodyLines& bodies, double h);
@@ -70,9 +72,11 @@ class Impacts {
   double separation(const Point& point, double t) const;
   double coupling(const Point& one, const Point& other) const;
   void push(const Side& side, double impulse, const Vector& n);
+  void push_back(const Vector& impulse, double work);
   void push(Point& point, double impulse);
 
   BodyLines* bodies_ = nullptr;
+  ContactBalance* balance_ = nullptr;
   double h_ = 0;
   int ordered_ = 0;
   std::vector<Point> points_;

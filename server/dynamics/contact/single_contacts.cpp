@@ -87,14 +87,50 @@ void SingleContact::add_friction(ConstraintPoint& p) {
   p.lambda_t = lambda_t;
 }
 
-void SingleContact::rub(const ConstraintPoint& p, double impulse) {
+Vector SingleContact::rub(const ConstraintPoint& p, double impulse) {
   const Vector v = relative_velocity(p);
   const Eigen::Vector2d vt(c_.t1.dot(v), c_.t2.dot(v));
   const double speed = vt.norm();
-  if (speed == 0) return;
+  if (speed == 0) return Vector::Zero();
   const Eigen::Vector2d lambda_t =
       -std::min(c_.friction * impulse, speed / p.K_tangent) / speed * vt;
-  push(p, lambda_t.x() * c_.t1 + lambda_t.y() * c_.t2);
+  const Vector given = lambda_t.x() * c_.t1 + lambda_t.y() * c_.t2;
+  push(p, given);
+  return given;
+}
+
+void SingleContact::judge(const SubStep& step, ContactResidual& residual) const {
+  for (const ConstraintPoint& p : c_.used()) {
+    const Vector v = relative_velocity(p);
+    const double gap_speed = std::max(p.s, 0.0) * haste_ / step.h;
+    residual.add(p.K_normal, c_.friction, {p.lambda, p.lambda_t.x(), p.lambda_t.y()},
+                 {c_.n.dot(v) + gap_speed, c_.t1.dot(v), c_.t2.dot(v)});
+  }
+}
+
+Vector SingleContact::mean_velocity(const Side& side, const Vector& r) const {
+  const BodyLine& mean = bodies_.means()[side.line];
+  const Vector w = angular(mean);
+  return linear(mean) + (side.is_turned ? Vector(side.turn * w) : w).cross(r);
+}
+
+void SingleContact::add_work(ContactBalance& balance) const {
+  for (const ConstraintPoint& p : c_.used()) {
+    const Vector vA = mean_velocity(A_, p.rA), vB = mean_velocity(B_, p.rB);
+    const Vector along = p.lambda * c_.n;
+    const Vector across = p.lambda_t.x() * c_.t1 + p.lambda_t.y() * c_.t2;
+    balance.impacts_J += along.dot(vB - vA);
+    balance.friction_J += across.dot(vB - vA);
+    const Vector given = along + across;
+    if (!A_.yields) {
+      balance.driven_J += given.dot(vA);
+      balance.contacts_Ns += given;
+    }
+    if (!B_.yields) {
+      balance.driven_J -= given.dot(vB);
+      balance.contacts_Ns -= given;
+    }
+  }
 }
 
 void SingleContact::warm_start() {

@@ -16,8 +16,12 @@ class SingleContact {
   void warm_start();
   void solve(const SubStep& step);
   void relax(const SubStep& step);
-  /// Friction of an impact, with its normal impulse.
-  void rub(const ConstraintPoint& p, double impulse);
+  /// Friction of an impact, with its normal impulse. Returns what it gives B, N s.
+  Vector rub(const ConstraintPoint& p, double impulse);
+  /// How well it does, by the velocities at the tick's end.
+  void judge(const SubStep& step, ContactResidual& residual) const;
+  /// What it did, by the mean velocities of the sub-step.
+  void add_work(ContactBalance& balance) const;
 
   Vector relative_velocity(const ConstraintPoint& p) const;
   double normal_velocity(const ConstraintPoint& p) const { return c_.n.dot(relative_velocity(p)); }
@@ -34,6 +38,7 @@ class SingleContact {
   };
   Side side(std::int32_t slot, const Rotation& turn) const;
   Vector w(const Side& side) const;
+  Vector mean_velocity(const Side& side, const Vector& r) const;
   template <class F>
   void sweep(F&& change_of);
   void add_friction(ConstraintPoint& p);

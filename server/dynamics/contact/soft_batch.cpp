@@ -59,6 +59,9 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   step_ = sub_step_of(tick.dt / tick.sub_steps);
   bodies_.begin(tick, arrays, inverse_inertia_W);
   sort(constraints);
+  balance_ = {};
+  if (tick.is_balanced) bodies_.begin_balance(balance_);
+  impacts_.keep_balance(tick.is_balanced ? &balance_ : nullptr);
 
   for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
     if (!impacts_.is_empty()) impacts_.strike(bodies_, step_.h);
@@ -67,7 +70,10 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
     solve();
     bodies_.integrate_positions(step_.h, kTolerances.smooth_factor);
     relax();
+    if (tick.is_balanced) add_work();
   }
+  if (tick.is_balanced) bodies_.end_balance(balance_, tick.dt);
+  judge();
   blocks_.unpack(step_.h);
   bodies_.finish();
   for (TurningContact& turning : turning_) turning.finish(step_.h);
@@ -120,6 +126,30 @@ void SoftBatch::relax() {
   }
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).relax(step_);
   for (TurningContact& turning : turning_) turning.rub(bodies_);
+}
+
+/// Normal impulses take energy, all together: of two bodies between others, one may well get what
+/// the other loses. Where they give, that is nobody's.
+void SoftBatch::add_work() {
+  bodies_.take_means(step_.h);
+  ContactWork work{};
+  for (const BlockRun& run : blocks_.runs()) kernels_->work(run, bodies_.means(), work);
+  ContactBalance given;
+  given.add(work);
+  for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).add_work(given);
+  for (const TurningContact& turning : turning_) turning.add_work(bodies_, given);
+  given.impacts_J = std::min(given.impacts_J, 0.0);
+  balance_.add(given);
+}
+
+void SoftBatch::judge() {
+  ContactTally tally{};
+  for (const BlockRun& run : blocks_.runs()) {
+    kernels_->judge(run, step_, bodies_.velocities(), tally);
+  }
+  residual_ = {};
+  residual_.add(tally);
+  for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).judge(step_, residual_);
 }
 
 }  // namespace cradle

@@ -25,12 +25,17 @@ class SoftBatch {
                std::span<ContactConstraint* const> constraints);
   /// Of the last call: sets of impacts at once that were too large to be solved together.
   int impacts_ordered() const { return impacts_.ordered(); }
+  /// Of the last call, too.
+  const ContactResidual& residual() const { return residual_; }
+  const ContactBalance& balance() const { return balance_; }
 
  private:
   void sort(std::span<ContactConstraint* const> constraints);
   void warm_start();
   void solve();
   void relax();
+  void add_work();
+  void judge();
 
   const ContactKernels* kernels_ = nullptr;
   SubStep step_{};
@@ -39,6 +44,8 @@ class SoftBatch {
   std::vector<ContactConstraint*> singles_;
   std::vector<TurningContact> turning_;
   Impacts impacts_;
+  ContactResidual residual_;
+  ContactBalance balance_;
 };
 
 }  // namespace cradle

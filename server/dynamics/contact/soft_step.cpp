@@ -182,6 +182,8 @@ class SoftStep final : public ContactSolver {
     tick.moving = moving_;
     batch_.advance(tick, arrays, inverse_inertia_W, chosen_);
     report_.impacts_ordered += batch_.impacts_ordered();
+    report_.residual.add(batch_.residual());
+    report_.balance.add(batch_.balance());
     report_.body_sub_steps += n * static_cast<std::int64_t>(moving_.size());
     const double h = tick.dt / (n * contact_angle());
     for (ContactConstraint* c : chosen_) {

@@ -122,6 +122,17 @@ void TurningContact::rub(BodyLines& bodies) {
   if (c_->rolling_m > 0) roll(bodies, c_->rolling_m * L);
 }
 
+void TurningContact::add_work(const BodyLines& bodies, ContactBalance& balance) const {
+  const auto mean = [&](const Side& side) {
+    const Vector w = angular(bodies.means()[side.line]);
+    return side.is_turned ? Vector(side.turn * w) : w;
+  };
+  const Vector T = T_n_ * c_->n + t_ * T_t_, wA = mean(A_), wB = mean(B_);
+  balance.friction_J += T.dot(wB - wA);
+  if (A_.sign == 0) balance.driven_J += T.dot(wA);
+  if (B_.sign == 0) balance.driven_J -= T.dot(wB);
+}
+
 void TurningContact::rub_at_impact(BodyLines& bodies, double impulse) {
   yields_stuck_ = 0;  // its points' impulses are others
   twist(bodies, c_->torsional_m * impulse);

@@ -19,6 +19,8 @@ class TurningContact {
   void warm_start(BodyLines& bodies, double h);
   /// Once a sub-step, when its normal impulses and friction are known.
   void rub(BodyLines& bodies);
+  /// What it did, by the mean velocities of the sub-step.
+  void add_work(const BodyLines& bodies, ContactBalance& balance) const;
   /// Of an impact with this normal impulse, N s.
   void rub_at_impact(BodyLines& bodies, double impulse);
   /// Keeps the torque of the last sub-step.

@@ -1,0 +1,62 @@
+// What became of the energy and momentum of the bodies in contact: contact_balance.h.
+#include "server/dynamics/contact/body_lines.h"
+
+namespace cradle {
+
+void BodyLines::take_means(double h) {
+  means_ = velocities_;
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    const State& state = at(states_, line);
+    BodyLine& mean = at(means_, line);
+    linear(mean) = 0.5 * (linear(at(begins_, line)) + v(line));
+    if (!state.turns) continue;
+    // The gyroscopic term does no work: what contacts did begins after it.
+    const auto w_begin = angular(at(begins_, line)), w_free = angular(at(frees_, line));
+    angular(mean) = 0.5 * ((state.tumbles ? w_free : w_begin) + w(line));
+    if (!state.is_twisted) continue;
+    const Vector w_mean = 0.5 * (w_begin + (state.tumbles ? Vector(w_free) : Vector(w(line))));
+    const Turning& turning = at(turnings_, line);
+    const bool goes_with_axis = state.tumbles && turning.axial_share != 0;
+    const Vector w_W =
+        goes_with_axis ? Vector(turning.frame * w_mean)
+        : state.tumbles
+            ? Vector(bodies_.q[state.slot] * Vector(turning.R_start.transpose() * w_mean))
+            : w_mean;
+    work_of_torques_ += h * bodies_.torque[state.slot].dot(w_W);
+  }
+}
+
+double BodyLines::kinetic_energy(std::int32_t line, const Vector& v, const Vector& w) const {
+  const State& state = at(states_, line);
+  const double linear = v.squaredNorm() / bodies_.inverse_mass[state.slot];
+  if (!state.turns) return 0.5 * linear;
+  const Vector& J = bodies_.inertia[state.slot];
+  if (!state.tumbles) return 0.5 * (linear + J.x() * w.squaredNorm());
+  // Round bodies' lines turn with them about the axis alone, which leaves J as it is.
+  const Vector w_P = at(turnings_, line).R_start.transpose() * w;
+  return 0.5 * (linear + J.dot(w_P.cwiseAbs2()));
+}
+
+void BodyLines::begin_balance(ContactBalance& balance) {
+  work_of_torques_ = 0;
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    balance.kinetic_J -= kinetic_energy(line, v(line), w(line));
+    balance.momentum -= mass(line) * v(line);
+  }
+}
+
+void BodyLines::end_balance(ContactBalance& balance, double dt) const {
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    const double mass = this->mass(line);
+    const Vector way = mass * dp(line);
+    const Vector acceleration = this->acceleration(line);
+    balance.kinetic_J += kinetic_energy(line, v(line), w(line));
+    balance.momentum += mass * v(line);
+    balance.mass_way += way;
+    balance.loads_J += acceleration.dot(way);
+    balance.loads_Ns += dt * mass * acceleration;
+  }
+  balance.loads_J += work_of_torques_;
+}
+
+}  // namespace cradle

@@ -1,0 +1,100 @@
+// What became of a manifold's impulses, for the kernels' files alone: equations in
+// contact_balance.h, symbols in contact_method.h. Order of the sums: block by block in each of the
+// eight lanes, so that they are the same at every width.
+#pragma once
+
+#include "server/dynamics/contact/manifold_lanes.h"
+
+namespace cradle {
+namespace {
+
+template <class V>
+CRADLE_LANES void add_to(BlockRow& row, int lane, const V& value) {
+  store(row + lane, at<V>(row, lane) + value);
+}
+template <class V>
+CRADLE_LANES void raise(BlockRow& row, int lane, const V& value) {
+  store(row + lane, larger<V>(at<V>(row, lane), value));
+}
+
+/// By the velocities at the tick's end.
+template <class V, int points>
+CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& step,
+                              const BodyLine* velocities, ContactTally& tally) {
+  const Frame<V> f = frame_at<V>(c, lane);
+  const Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
+  const Triple<V> Vc = bodies.V_at_centre(), W = bodies.B.angular - bodies.A.angular;
+  const V Vn = dot(f.n, Vc), V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
+  const V Wn = dot(f.n, W), W1 = dot(f.t1, W), W2 = dot(f.t2, W);
+  const V haste = at<V>(c.gap_haste, lane) / step.h, friction = at<V>(c.friction, lane);
+  const V share = 1 / (1 + friction * friction);
+  for (int i = 0; i < points; ++i) {
+    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), yields = at<V>(c.yields[i], lane);
+    const auto is_there = yields > V{};
+    const V K = is_there ? 1 / yields : V{};
+    const V vn = Vn + v * W1 - u * W2, u1 = V1 - v * Wn, u2 = V2 + u * Wn;
+    const V un = vn + larger<V>(at<V>(c.s[i], lane), V{}) * haste;
+    const V pn = K * at<V>(c.lambda[i], lane);
+    const V p1 = K * at<V>(c.lambda_1[i], lane), p2 = K * at<V>(c.lambda_2[i], lane);
+    const V un_cone = un + friction * root<V>(u1 * u1 + u2 * u2);
+
+    const V zn = pn - un_cone, z1 = p1 - u1, z2 = p2 - u2, t = root<V>(z1 * z1 + z2 * z2);
+    const V n = (zn + friction * t) * share, pull = t > V{} ? friction * n / t : V{};
+    const auto is_inside = t <= friction * zn, is_apart = friction * t <= -zn;
+    const V cn = is_inside ? zn : is_apart ? V{} : n;
+    const V c1 = is_inside ? z1 : is_apart ? V{} : pull * z1;
+    const V c2 = is_inside ? z2 : is_apart ? V{} : pull * z2;
+    const V dn = pn - cn, d1 = p1 - c1, d2 = p2 - c2;
+    const V natural2 = is_there ? dn * dn + d1 * d1 + d2 * d2 : V{};
+    const V least = pn < un ? pn : un, beyond = root<V>(p1 * p1 + p2 * p2) - friction * pn;
+    const V product = yields * (pn * un_cone + p1 * u1 + p2 * u2);
+
+    raise(tally.natural2, lane, natural2);
+    raise(tally.signorini, lane, is_there ? larger<V>(least, -least) : V{});
+    raise(tally.cone, lane, is_there ? beyond : V{});
+    raise(tally.complementarity, lane, larger<V>(product, -product));
+    add_to(tally.natural2_sum, lane, natural2);
+    add_to(tally.impulse2_sum, lane, pn * pn + p1 * p1 + p2 * p2);
+    add_to(tally.velocity2_sum, lane, is_there ? un * un + u1 * u1 + u2 * u2 : V{});
+  }
+}
+
+/// By the mean velocities of a sub-step.
+template <class V, int points>
+CRADLE_LANES void work_lanes(const ContactBlock& c, int lane, const BodyLine* means,
+                             ContactWork& work) {
+  const Frame<V> f = frame_at<V>(c, lane);
+  const Twist<V> A = load_lines<V>(means, c.a + lane), B = load_lines<V>(means, c.b + lane);
+  const Triple<V> VA = A.linear + cross(A.angular, at3<V>(c.arm_A, lane));
+  const Triple<V> VB = B.linear + cross(B.angular, at3<V>(c.arm_B, lane));
+  V Pn{}, P1{}, P2{}, Tn{}, T1{}, T2{};
+  for (int i = 0; i < points; ++i) {
+    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), l = at<V>(c.lambda[i], lane);
+    const V f1 = at<V>(c.lambda_1[i], lane), f2 = at<V>(c.lambda_2[i], lane);
+    Pn = Pn + l;
+    T1 = T1 + v * l;
+    T2 = T2 - u * l;
+    P1 = P1 + f1;
+    P2 = P2 + f2;
+    Tn = Tn + (u * f2 - v * f1);
+  }
+  const Triple<V> N = Pn * f.n, M = T1 * f.t1 + T2 * f.t2;  // along n, and its twist
+  const Triple<V> F = P1 * f.t1 + P2 * f.t2, R = Tn * f.n;
+  const V normal = dot(N, VB - VA) + dot(M, B.angular - A.angular);
+  const V friction = dot(F, VB - VA) + dot(R, B.angular - A.angular);
+  // On a body that yields, by one that does not: what it did beyond the above.
+  const V by_A = at<V>(c.inverse_mass_A, lane) > V{} ? V{} : fill<V>(1);
+  const V by_B = at<V>(c.inverse_mass_B, lane) > V{} ? V{} : fill<V>(1);
+  const Triple<V> P = N + F, T = M + R;
+  const V driven =
+      by_A * (dot(P, VA) + dot(T, A.angular)) - by_B * (dot(P, VB) + dot(T, B.angular));
+  add_to(work.friction, lane, friction);
+  add_to(work.normal, lane, normal);
+  add_to(work.driven, lane, driven);
+  add_to(work.momentum[0], lane, (by_A - by_B) * P.x);
+  add_to(work.momentum[1], lane, (by_A - by_B) * P.y);
+  add_to(work.momentum[2], lane, (by_A - by_B) * P.z);
+}
+
+}  // namespace
+}  // namespace cradle

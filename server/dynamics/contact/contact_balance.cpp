@@ -1,0 +1,91 @@
+#include "server/dynamics/contact/contact_balance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cradle {
+namespace {
+
+/// The nearest of the vectors along n, t1, t2 with |t| <= friction n.
+Vector on_cone(const Vector& z, double friction) {
+  const double t = std::hypot(z.y(), z.z());
+  if (t <= friction * z.x()) return z;
+  if (friction * t <= -z.x()) return Vector::Zero();
+  const double n = (z.x() + friction * t) / (1 + friction * friction);
+  return {n, friction * n / t * z.y(), friction * n / t * z.z()};
+}
+
+double sum(const ContactBlock::Row& row) {
+  double total = 0;
+  for (const double value : row) total += value;
+  return total;
+}
+double largest(const ContactBlock::Row& row) { return *std::max_element(row, row + kBlockLanes); }
+
+void raise(PointResidual& most, const PointResidual& one) {
+  most.natural_mps = std::max(most.natural_mps, one.natural_mps);
+  most.signorini_mps = std::max(most.signorini_mps, one.signorini_mps);
+  most.cone_mps = std::max(most.cone_mps, one.cone_mps);
+  most.complementarity_J = std::max(most.complementarity_J, one.complementarity_J);
+}
+
+}  // namespace
+
+PointResidual residual_of(double K, double friction, const Vector& impulse,
+                          const Vector& velocity) {
+  const Vector p = K * impulse;
+  const double slide = friction * std::hypot(velocity.y(), velocity.z());
+  const Vector u = velocity + Vector(slide, 0, 0);
+  return {(p - on_cone(p - u, friction)).norm(), std::abs(std::min(p.x(), velocity.x())),
+          std::max(std::hypot(p.y(), p.z()) - friction * p.x(), 0.0), std::abs(impulse.dot(u))};
+}
+
+void ContactResidual::add(double K, double friction, const Vector& impulse,
+                          const Vector& velocity) {
+  const PointResidual one = residual_of(K, friction, impulse, velocity);
+  raise(most, one);
+  natural2 += one.natural_mps * one.natural_mps;
+  impulse2 += K * K * impulse.squaredNorm();
+  velocity2 += velocity.squaredNorm();
+}
+
+void ContactResidual::add(const ContactTally& tally) {
+  raise(most, {std::sqrt(largest(tally.natural2)), largest(tally.signorini), largest(tally.cone),
+               largest(tally.complementarity)});
+  natural2 += sum(tally.natural2_sum);
+  impulse2 += sum(tally.impulse2_sum);
+  velocity2 += sum(tally.velocity2_sum);
+}
+
+void ContactResidual::add(const ContactResidual& other) {
+  raise(most, other.most);
+  natural2 += other.natural2;
+  impulse2 += other.impulse2;
+  velocity2 += other.velocity2;
+}
+
+double ContactResidual::relative() const {
+  const double scale2 = std::max(impulse2, velocity2);
+  return scale2 > 0 ? std::sqrt(natural2 / scale2) : 0;
+}
+
+void ContactBalance::add(const ContactBalance& other) {
+  kinetic_J += other.kinetic_J;
+  loads_J += other.loads_J;
+  friction_J += other.friction_J;
+  impacts_J += other.impacts_J;
+  driven_J += other.driven_J;
+  mass_way += other.mass_way;
+  momentum += other.momentum;
+  loads_Ns += other.loads_Ns;
+  contacts_Ns += other.contacts_Ns;
+}
+
+void ContactBalance::add(const ContactWork& work) {
+  friction_J += sum(work.friction);
+  impacts_J += sum(work.normal);
+  driven_J += sum(work.driven);
+  contacts_Ns += Vector(sum(work.momentum[0]), sum(work.momentum[1]), sum(work.momentum[2]));
+}
+
+}  // namespace cradle

@@ -154,6 +154,14 @@ Result check_material(const Material& m) {
   return is_in_range ? Result::ok : Result::out_of_range;
 }
 
+/// 0: none of its own.
+Result check_tolerance(double tolerance_m) {
+  if (!std::isfinite(tolerance_m)) return Result::not_finite;
+  const bool is_in_range = tolerance_m == 0 || (tolerance_m >= kContactToleranceMin_m &&
+                                                tolerance_m <= kContactToleranceMax_m);
+  return is_in_range ? Result::ok : Result::out_of_range;
+}
+
 /// Length of the UTF-8 sequence that `lead` begins, 0 if it begins none (Unicode 15, table 3-7).
 int sequence_length(unsigned char lead) {
   if (lead < 0x80) return 1;
@@ -231,9 +239,9 @@ bool is_name(std::string_view name, int max_bytes) {
 
 Result validate(const BodySpec& spec) {
   return first_fault({check_shape(spec), check_mass(spec), check_centre(spec),
-                      check_material(spec.material), check(spec.p_WBo, kPositionMax_m),
-                      check_rotation(spec.q_WB), check(spec.v_WBcm, kSpeedMax_mps),
-                      check(spec.w_WB, kAngularSpeedMax_radps),
+                      check_material(spec.material), check_tolerance(spec.contact_tolerance_m),
+                      check(spec.p_WBo, kPositionMax_m), check_rotation(spec.q_WB),
+                      check(spec.v_WBcm, kSpeedMax_mps), check(spec.w_WB, kAngularSpeedMax_radps),
                       is_name(spec.name, kNameBytes) ? Result::ok : Result::bad_name});
 }
 

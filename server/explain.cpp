@@ -73,7 +73,9 @@ Explanation::Explanation(SceneRun& run) : run_(run) {
 }
 
 void Explanation::step(Executor& executor) {
-  run_.step(executor);
+  const StepReport report = run_.step(executor);
+  sub_steps_most_ = std::max(sub_steps_most_, report.sub_steps_max);
+  penetration_most_m_ = std::max(penetration_most_m_, report.penetration_max_m);
   const std::span<const FlightAccount> accounts = run_.world().accounts();
   double most = 1;
   for (const FlightAccount& account : accounts) most = std::max(most, account.need.steps);
@@ -148,6 +150,37 @@ std::int64_t Explanation::one_by_one() const {
   return std::count_if(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.was_alone; });
 }
 
+std::string describe_sub_steps(const Explanation& explanation, const World& world) {
+  char line[300];
+  std::string text;
+  const auto add = [&](const char* format, const auto&... values) {
+    std::snprintf(line, sizeof line, format, values...);
+    text += line;
+  };
+  const WorldSettings& settings = world.settings();
+  const std::span<const SubStepChoice> choices = world.sub_step_choices();
+  add("\n%9s %8s %8s %12s  %s\n", "sub-steps", "groups", "bodies", "sag, mm", "in the last tick");
+  for (const SubStepChoice& c : choices) {
+    add("%9d %8d %8d %12.3g\n", c.sub_steps, c.islands, c.bodies, 1e3 * c.sag_m);
+  }
+  if (choices.empty())
+    text += "        -        -        -            -  nobody in contact, or all asleep\n";
+  if (settings.sub_steps > 0) {
+    add("groups of bodies in contact take %d sub-steps each, as the scene says;\n",
+        settings.sub_steps);
+  } else {
+    add("each group of bodies in contact takes the sub-steps that keep its sag below %g mm, or "
+        "what\n"
+        "a body says, or what they move in a tick: up to %d in this run;\n",
+        1e3 * settings.contact_tolerance_m, explanation.sub_steps_most());
+  }
+  add("sag: how far the most loaded contact is expected to sink in. The deepest overlap of any "
+      "tick,\n"
+      "impacts included, was %.3g mm.\n",
+      1e3 * explanation.penetration_most_m());
+  return text;
+}
+
 std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks) {
   std::string text;
   const auto add = [&text](const char* format, const auto&... values) {
@@ -179,6 +212,7 @@ std::string to_text(const Explanation& explanation, const SceneRun& run, std::in
   if (explanation.touching() > 0) {
     add("%lld bodies came into contact and are sub-stepped there: no bound.\n",
         static_cast<long long>(explanation.touching()));
+    text += describe_sub_steps(explanation, run.world());
   }
   if (explanation.one_by_one() > 0) {
     add("%lld bodies move one by one, with drag, springs or the scheme %s: not bounded here.\n",

@@ -56,6 +56,8 @@ class Explanation {
 
   std::int64_t touching() const;  ///< bodies that were in contact
   std::int64_t one_by_one() const;
+  int sub_steps_most() const { return sub_steps_most_; }  ///< of bodies in contact
+  double penetration_most_m() const { return penetration_most_m_; }
   double steps_most() const { return steps_most_; }  ///< of any free body in a tick
 
  private:
@@ -74,7 +76,13 @@ class Explanation {
   SceneRun& run_;
   std::vector<Body> bodies_;
   double steps_most_ = 1;
+  int sub_steps_most_ = 0;
+  double penetration_most_m_ = 0;
 };
+
+/// What was chosen for bodies in contact in the last step, and the error to expect. Part of the
+/// table below.
+std::string describe_sub_steps(const Explanation& explanation, const World& world);
 
 /// The table for people, of a run of `ticks`.
 std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks);

@@ -46,6 +46,7 @@ constexpr std::string_view kBodyKeys[] = {"name",
                                           "torsional_friction_m",
                                           "friction_rule",
                                           "restitution_rule",
+                                          "contact_tolerance_m",
                                           "position_m",
                                           "orientation_wxyz",
                                           "rotation_rad",
@@ -239,6 +240,10 @@ class SceneReader {
     read("torsional_friction_m", spec.material.torsional_friction_m);
     table.read("friction_rule", spec.material.friction_rule, kRules);
     table.read("restitution_rule", spec.material.restitution_rule, kRules);
+    read("contact_tolerance_m", spec.contact_tolerance_m);
+    if (spec.contact_tolerance_m > 0 && scene_.settings.sub_steps > 0) {
+      table.refuse("contact_tolerance_m", "the world's sub_steps are given, too");
+    }
     read("position_m", spec.p_WBo);
     read_orientation(table, spec.q_WB);
     read("velocity_mps", spec.v_WBcm);

@@ -23,6 +23,7 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
   kind.push_back(spec.kind);
   shape.push_back(spec.shape);
   material.push_back(spec.material);
+  contact_tolerance.push_back(spec.contact_tolerance_m);
   name.push_back(name_bytes);
   mass.push_back(mass_properties.mass_kg);
   inverse_mass.push_back(mass_properties.inverse_mass);

@@ -43,6 +43,7 @@ struct BodyTable {
   std::vector<BodyKind> kind;
   std::vector<Shape> shape;
   std::vector<Material> material;
+  std::vector<double> contact_tolerance;  ///< m, of its own; 0: none
   std::vector<NameBytes> name;
   std::vector<double> mass;  ///< kg; 0 for bodies that do not yield
   std::vector<double> inverse_mass;
@@ -74,6 +75,7 @@ struct BodyTable {
     f("kind", kind);
     f("shape", shape);
     f("material", material);
+    f("contact_tolerance", contact_tolerance);
     f("name", name);
     f("mass", mass);
     f("inverse_mass", inverse_mass);

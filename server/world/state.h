@@ -138,6 +138,18 @@ struct World::State {
     const Shape& shape = bodies.shape[i];
     return is_stored(shape.kind) ? bounding_radius(*geometry(shape)) : bounding_radius(shape);
   }
+  /// m, that contacts of the two may sink in by, if either says; else 0. The smaller one counts;
+  /// what is not dynamic and says nothing has none.
+  double contact_tolerance(std::size_t a, std::size_t b) const {
+    const double of_a = bodies.contact_tolerance[a], of_b = bodies.contact_tolerance[b];
+    if (of_a == 0 && of_b == 0) return 0;
+    const auto tolerance = [&](std::size_t i, double own) {
+      if (own > 0) return own;
+      return bodies.kind[i] == BodyKind::dynamic ? settings.contact_tolerance_m
+                                                 : limits::kContactToleranceMax_m;
+    };
+    return std::min(tolerance(a, of_a), tolerance(b, of_b));
+  }
   /// m: contacts of the pair are made this far ahead.
   double margin(const BodyPair& pair) const {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);

@@ -110,6 +110,9 @@ std::int64_t World::spring_count() const {
 }
 void World::keep_accounts() { state_->loads.keeps_resultants = state_->keeps_accounts = true; }
 std::span<const FlightAccount> World::accounts() const { return state_->accounts; }
+std::span<const SubStepChoice> World::sub_step_choices() const {
+  return std::span(state_->solved.choices).first(state_->solved.choices_used);
+}
 std::int64_t World::quarantined_count() const { return state_->quarantined; }
 
 void World::snapshot(std::vector<BodyState>& states) const {

@@ -278,6 +278,7 @@ void World::Steps::prepare(State& s) {
     c.restitution = material.restitution;
     c.rolling_m = material.rolling_m;
     c.torsional_m = material.torsional_m;
+    c.tolerance_m = s.contact_tolerance(index(a), index(b));
     last_tick.restore(c);
     look_at(c);
     s.overlaps.add(c);

@@ -18,6 +18,7 @@
 #include "protocol/command.h"
 #include "server/collision/executor.h"
 #include "server/collision/stored_geometry.h"
+#include "server/dynamics/contact/contact_solver.h"
 #include "server/world/forces.h"
 #include "server/world/settings.h"
 
@@ -174,6 +175,9 @@ class World {
   /// costs time and memory, and changes nothing.
   void keep_accounts();
   std::span<const FlightAccount> accounts() const;
+
+  /// Of the last step's islands: how many took which number of sub-steps, ascending.
+  std::span<const SubStepChoice> sub_step_choices() const;
 
   Totals totals() const;
 

@@ -177,6 +177,40 @@ TEST_CASE("islands that do not touch have sub-steps of their own") {
   CHECK(state(both, BodyId{2}).p_WBo.z == state(one, BodyId{2}).p_WBo.z);
 }
 
+TEST_CASE("a body's own tolerance is kept where it touches, and the smaller one counts") {
+  const auto rest_on = [](double below_m, double above_m, double ground_m) {
+    World world(settings());  // 0.5 mm
+    BodySpec floor = ground();
+    floor.contact_tolerance_m = ground_m;
+    add(world, floor);
+    BodySpec cube = brick({0.5, 0.5, 0.5}, {0, 0, 0.5});
+    cube.contact_tolerance_m = below_m;
+    const BodyId below = add(world, cube);
+    cube.p_WBo.z = 1.5;
+    cube.mass_kg = 100;
+    cube.contact_tolerance_m = above_m;
+    const BodyId above = add(world, cube);
+    add(world, brick({0.5, 0.5, 0.5}, {9, 0, 0.5}));  // another island
+    steps(world, 600);
+    const StepReport report = world.step();
+    const double sag = std::max(0.5 - state(world, below).p_WBo.z,
+                                1 - state(world, above).p_WBo.z + state(world, below).p_WBo.z);
+    const auto choices = world.sub_step_choices();
+    REQUIRE(!choices.empty());
+    CHECK(sag == Approx(choices.back().sag_m).epsilon(0.2));
+    CHECK(choices.front().sub_steps == 4);  // of the other island
+    CHECK(choices.back().sub_steps == report.sub_steps_max);
+    return report.sub_steps_max;
+  };
+  // n = 0.0150 s * sqrt(991 / tolerance), with a tenth of the load in reserve
+  CHECK(rest_on(0, 0, 0) == 24);           // 21.1
+  CHECK(rest_on(0, 1e-4, 0) == 56);        // 49.5
+  CHECK(rest_on(1e-4, 1e-2, 0) == 56);     // the smaller
+  CHECK(rest_on(2e-3, 2e-3, 0) == 12);     // 10.5: the ground says nothing
+  CHECK(rest_on(2e-3, 0, 0) == 24);        // the upper one has the world's
+  CHECK(rest_on(2e-3, 2e-3, 5e-4) == 24);  // now it does
+}
+
 TEST_CASE("islands are what touches, and what does not yield joins nobody") {
   Islands islands;
   const std::vector<ColouredPair> pairs{{0, 1}, {4, 1}, {2, -1}, {3, -1}, {5, 6}, {-1, 6}};

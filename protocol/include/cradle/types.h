@@ -187,6 +187,9 @@ struct BodySpec {
   bool sets_centre_of_mass = false;  ///< else Bcm is that of the shape
   Vec3 p_BoBcm;                      ///< m, in B; the moments about Bcm stay what they are
   Material material;
+  /// m, what its contacts may sink in by, instead of what the world allows; 0: as the world says.
+  /// Not on the wire yet: scenes alone can say it.
+  double contact_tolerance_m = 0;
   Vec3 p_WBo;  ///< m
   Quat q_WB;
   Vec3 v_WBcm;       ///< m/s

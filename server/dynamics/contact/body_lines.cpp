@@ -71,6 +71,14 @@ void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
   turning.frame = Rotation::Identity();
 }
 
+Vector BodyLines::arm_now(std::int32_t line, std::int32_t other, const Vector& arm,
+                          const Vector& n) const {
+  const double w2 = w(line).squaredNorm(), along_n = n.dot(w(line));
+  if (w2 == 0) return arm;
+  const Vector way = dp(other) - dp(line);
+  return arm + along_n * along_n / w2 * (way - n * n.dot(way));
+}
+
 /// w after `h` without contacts, of a body that tumbles.
 Vector BodyLines::free_turn(const State& state, const Turning& turning, const Vector& w,
                             double h) const {

@@ -65,6 +65,14 @@ class BodyLines {
     return yields(line) && states_[static_cast<std::size_t>(line)].tumbles;
   }
 
+  /// Kinematic: moves, and does not yield.
+  bool is_driven(std::int32_t line) const { return line >= moving_ && line < moving_ + driven_; }
+  /// Of a contact with a kinematic body, the arm from that one's centre to where the contact is by
+  /// now, as far as the kinematic body spins about the normal n: a contact goes along with the body
+  /// that lies there, and meets other velocities. `arm` is that of the tick's start, with which a
+  /// turntable would throw off what friction holds ("once round").
+  Vector arm_now(std::int32_t line, std::int32_t other, const Vector& arm, const Vector& n) const;
+
   /// By its loads, m/s^2.
   Vector acceleration(std::int32_t line) const {
     return yields(line) ? Vector(linear(at(loads_, line))) : Vector(Vector::Zero());

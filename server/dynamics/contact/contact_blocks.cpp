@@ -66,8 +66,9 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_
   const Vector arm_A = centre(c);
   set(block.n, lane, c.n);
   set(block.t1, lane, c.t1);
+  const Vector arm_B = arm_A + c.points[0].rB - c.points[0].rA;
   set(block.arm_A, lane, arm_A);
-  set(block.arm_B, lane, Vector(arm_A + c.points[0].rB - c.points[0].rA));
+  set(block.arm_B, lane, arm_B);
   set(block.inverse_inertia_A, lane, c.inverse_inertia_A);
   set(block.inverse_inertia_B, lane, c.inverse_inertia_B);
   block.inverse_mass_A[lane] = c.inverse_mass_A;
@@ -147,6 +148,7 @@ void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const 
   count_groups(constraints, bodies);
   make_runs(bodies.nobody(), bodies.waste());
   turning_.clear();
+  driven_.clear();
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     std::int32_t& next = counts_[index(groups_[k])];
     fill(blocks_[index(next / kBlockLanes)], next % kBlockLanes, *sources_[k],
@@ -154,7 +156,26 @@ void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const 
     if (sources_[k]->turns_heavily()) {
       turning_.push_back({sources_[k], &blocks_[index(next / kBlockLanes)], next % kBlockLanes});
     }
+    note_driven(index(next / kBlockLanes), next % kBlockLanes, *sources_[k], bodies);
     next += groups_[k] >= kGroupsAColour * kColours ? kBlockLanes : 1;
+  }
+}
+
+void ContactBlocks::note_driven(std::size_t block, int lane, const ContactConstraint& c,
+                                const BodyLines& bodies) {
+  const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
+  if (!bodies.is_driven(bodies.is_driven(a) ? a : b)) return;
+  Vector arm = centre(c);
+  if (bodies.is_driven(b)) arm += c.points[0].rB - c.points[0].rA;
+  driven_.push_back({block, lane, bodies.is_driven(a), arm, c.n});
+}
+
+void ContactBlocks::follow_driven(const BodyLines& bodies) {
+  for (const Driven& d : driven_) {
+    ContactBlock& block = blocks_[d.block];
+    const std::int32_t a = block.a[d.lane], b = block.b[d.lane];
+    set(d.is_A ? block.arm_A : block.arm_B, d.lane,
+        d.is_A ? bodies.arm_now(a, b, d.arm, d.n) : bodies.arm_now(b, a, d.arm, d.n));
   }
 }
 

@@ -23,6 +23,8 @@ class ContactBlocks {
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
   /// another. `h`: the sub-step, s.
   void pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h);
+  /// Arms of contacts with kinematic bodies that spin: to where the contacts are by now.
+  void follow_driven(const BodyLines& bodies);
   /// The forces of the last sub-step, separations and effective masses.
   void unpack(double h) const;
 
@@ -32,7 +34,17 @@ class ContactBlocks {
   std::span<const PlacedContact> turning() const { return turning_; }
 
  private:
+  /// A contact with a kinematic body.
+  struct Driven {
+    std::size_t block;
+    int lane;
+    bool is_A;      // or B
+    Vector arm, n;  // m, at the tick's start
+  };
+
   void count_groups(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
+  void note_driven(std::size_t block, int lane, const ContactConstraint& c,
+                   const BodyLines& bodies);
   void make_runs(std::int32_t nobody, std::int32_t waste);
 
   Colouring colouring_;
@@ -44,6 +56,7 @@ class ContactBlocks {
   std::size_t used_ = 0;
   std::vector<BlockRun> runs_;
   std::vector<PlacedContact> turning_;
+  std::vector<Driven> driven_;
 };
 
 }  // namespace cradle

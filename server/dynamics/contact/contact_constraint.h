@@ -56,6 +56,7 @@ struct ContactConstraint {
   bool is_ahead = false;  ///< they are others
   double friction = 0;
   double restitution = 0;
+  double tolerance_m = 0;                 ///< what it may sink in by; 0: the tick's
   double press = 0;                       ///< m/s^2: the largest of its points at the tick's start
   int carrying = 0;                       ///< points with a force there
   bool is_met = false;                    ///< a point without a gap there

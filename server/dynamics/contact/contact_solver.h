@@ -1,6 +1,7 @@
 /// Methods that move bodies in contact through a tick, behind one interface; one file a method.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,6 +22,15 @@ struct ContactTick {
   bool is_balanced = false;              ///< the report is to have a balance
 };
 
+/// Islands that took the same number of sub-steps.
+struct SubStepChoice {
+  int sub_steps = 0;
+  int islands = 0;
+  int bodies = 0;    ///< in them, that move
+  double sag_m = 0;  ///< expected of their most loaded contact, of loads that last
+};
+inline constexpr std::size_t kSubStepChoices = 17;
+
 /// What the solver chose, and what that is worth.
 struct ContactReport {
   int islands = 0;
@@ -28,8 +38,10 @@ struct ContactReport {
   std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
   int impacts_ordered = 0;          ///< sets too large to be solved at once: in their order
   double sag_max_m = 0;             ///< expected of loads that last, at these sub-steps
-  ContactResidual residual;         ///< after the last sub-step
-  ContactBalance balance;           ///< if asked for
+  std::array<SubStepChoice, kSubStepChoices> choices;  ///< the first `choices_used`
+  std::size_t choices_used = 0;
+  ContactResidual residual;  ///< after the last sub-step
+  ContactBalance balance;    ///< if asked for
 };
 
 class ContactSolver {

@@ -69,6 +69,7 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
     if (sub_step == 0) warm_start();
     solve();
     bodies_.integrate_positions(step_.h, kTolerances.smooth_factor);
+    blocks_.follow_driven(bodies_);
     relax();
     if (tick.is_balanced) add_work();
   }

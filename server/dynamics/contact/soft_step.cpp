@@ -25,6 +25,7 @@ namespace cradle {
 namespace {
 
 constexpr std::array kSubSteps{4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64};
+static_assert(kSubSteps.size() <= kSubStepChoices);
 
 /// Contacts of an island that ask for so many sub-steps each.
 using Demands = std::array<int, kSubSteps.size()>;
@@ -127,11 +128,13 @@ class SoftStep final : public ContactSolver {
   void count_demands(const ContactTick& tick, const BodyArrays& arrays,
                      std::span<const ContactConstraint> constraints) {
     demands_.assign(islands_.count(), {});
+    least_.assign(islands_.count(), 0);
     const double whole = tick.dt / contact_angle();
     for (std::size_t k = 0; k < constraints.size(); ++k) {
       const std::size_t island = island_of(pairs_[k]);
-      const double square = whole * whole / std::max(tick.tolerance_m, ways_[island]);
       const ContactConstraint& c = constraints[k];
+      const double tolerance_m = c.tolerance_m > 0 ? c.tolerance_m : tick.tolerance_m;
+      const double square = whole * whole / std::max(tolerance_m, ways_[island]);
       if (c.press == 0 && !c.is_met) continue;
       double press = c.press > 0 ? c.press : first_press(c, arrays);
       if (has_past_[island] == 0) press *= sizes_[island];
@@ -141,6 +144,8 @@ class SoftStep final : public ContactSolver {
         ++choice;
       }
       ++demands_[island][choice];
+      // What somebody asked for this very contact is not excused.
+      if (c.tolerance_m > 0) least_[island] = std::max(least_[island], kSubSteps[choice]);
     }
   }
 
@@ -159,7 +164,9 @@ class SoftStep final : public ContactSolver {
       look_at_islands(constraints);
       find_ways(tick, arrays);
       count_demands(tick, arrays, constraints);
-      std::ranges::transform(demands_, sub_steps_.begin(), enough_for);
+      for (std::size_t i = 0; i < demands_.size(); ++i) {
+        sub_steps_[i] = std::max(enough_for(demands_[i]), least_[i]);
+      }
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
   }
@@ -186,13 +193,16 @@ class SoftStep final : public ContactSolver {
     report_.balance.add(batch_.balance());
     report_.body_sub_steps += n * static_cast<std::int64_t>(moving_.size());
     const double h = tick.dt / (n * contact_angle());
+    SubStepChoice& choice = report_.choices[report_.choices_used++];
+    choice = {n, 0, static_cast<int>(moving_.size()), 0};
+    choice.islands = static_cast<int>(std::ranges::count(sub_steps_, n));
     for (ContactConstraint* c : chosen_) {
       for (ConstraintPoint& p : c->used()) {
         p.press = press_after(p);
-        report_.sag_max_m =
-            std::max(report_.sag_max_m, h * h * std::min(p.press, p.force * p.K_normal));
+        choice.sag_m = std::max(choice.sag_m, h * h * std::min(p.press, p.force * p.K_normal));
       }
     }
+    report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
   }
 
   static double press_after(const ConstraintPoint& p) {
@@ -210,6 +220,7 @@ class SoftStep final : public ContactSolver {
   std::size_t number_of_bodies_ = 0;
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
   std::vector<Demands> demands_;              // by island
+  std::vector<int> least_;                    // sub-steps, by island
   std::vector<std::uint8_t> has_past_;
   std::vector<int> sizes_;      // bodies, by island
   std::vector<int> sub_steps_;  // by island

@@ -76,6 +76,11 @@ void Explanation::step(Executor& executor) {
   const StepReport report = run_.step(executor);
   sub_steps_most_ = std::max(sub_steps_most_, report.sub_steps_max);
   penetration_most_m_ = std::max(penetration_most_m_, report.penetration_max_m);
+  const std::span<const SubStepChoice> choices = run_.world().sub_step_choices();
+  if (!choices.empty()) {
+    choices_.assign(choices.begin(), choices.end());
+    choices_tick_ = run_.world().tick();
+  }
   const std::span<const FlightAccount> accounts = run_.world().accounts();
   double most = 1;
   for (const FlightAccount& account : accounts) most = std::max(most, account.need.steps);
@@ -150,21 +155,19 @@ std::int64_t Explanation::one_by_one() const {
   return std::count_if(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.was_alone; });
 }
 
-std::string describe_sub_steps(const Explanation& explanation, const World& world) {
-  char line[300];
+std::string describe_sub_steps(const Explanation& explanation, const WorldSettings& settings) {
   std::string text;
-  const auto add = [&](const char* format, const auto&... values) {
+  const auto add = [&text](const char* format, const auto&... values) {
+    char line[300];
     std::snprintf(line, sizeof line, format, values...);
     text += line;
   };
-  const WorldSettings& settings = world.settings();
-  const std::span<const SubStepChoice> choices = world.sub_step_choices();
-  add("\n%9s %8s %8s %12s  %s\n", "sub-steps", "groups", "bodies", "sag, mm", "in the last tick");
-  for (const SubStepChoice& c : choices) {
+  add("\n%9s %8s %8s %12s  in tick %lld, the last in which somebody awake was in contact\n",
+      "sub-steps", "groups", "bodies", "sag, mm",
+      static_cast<long long>(explanation.choices_tick()));
+  for (const SubStepChoice& c : explanation.choices()) {
     add("%9d %8d %8d %12.3g\n", c.sub_steps, c.islands, c.bodies, 1e3 * c.sag_m);
   }
-  if (choices.empty())
-    text += "        -        -        -            -  nobody in contact, or all asleep\n";
   if (settings.sub_steps > 0) {
     add("groups of bodies in contact take %d sub-steps each, as the scene says;\n",
         settings.sub_steps);
@@ -175,8 +178,7 @@ std::string describe_sub_steps(const Explanation& explanation, const World& worl
         1e3 * settings.contact_tolerance_m, explanation.sub_steps_most());
   }
   add("sag: how far the most loaded contact is expected to sink in. The deepest overlap of any "
-      "tick,\n"
-      "impacts included, was %.3g mm.\n",
+      "tick,\nimpacts included, was %.3g mm.\n",
       1e3 * explanation.penetration_most_m());
   return text;
 }
@@ -212,7 +214,7 @@ std::string to_text(const Explanation& explanation, const SceneRun& run, std::in
   if (explanation.touching() > 0) {
     add("%lld bodies came into contact and are sub-stepped there: no bound.\n",
         static_cast<long long>(explanation.touching()));
-    text += describe_sub_steps(explanation, run.world());
+    text += describe_sub_steps(explanation, settings);
   }
   if (explanation.one_by_one() > 0) {
     add("%lld bodies move one by one, with drag, springs or the scheme %s: not bounded here.\n",

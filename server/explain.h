@@ -57,6 +57,9 @@ class Explanation {
   std::int64_t touching() const;  ///< bodies that were in contact
   std::int64_t one_by_one() const;
   int sub_steps_most() const { return sub_steps_most_; }  ///< of bodies in contact
+  /// Of the last tick in which somebody awake was in contact; 0: there was none.
+  std::span<const SubStepChoice> choices() const { return choices_; }
+  Tick choices_tick() const { return choices_tick_; }
   double penetration_most_m() const { return penetration_most_m_; }
   double steps_most() const { return steps_most_; }  ///< of any free body in a tick
 
@@ -78,11 +81,13 @@ class Explanation {
   double steps_most_ = 1;
   int sub_steps_most_ = 0;
   double penetration_most_m_ = 0;
+  std::vector<SubStepChoice> choices_;
+  Tick choices_tick_ = 0;
 };
 
-/// What was chosen for bodies in contact in the last step, and the error to expect. Part of the
-/// table below.
-std::string describe_sub_steps(const Explanation& explanation, const World& world);
+/// What was chosen for bodies in contact, when there were some for the last time, and the error to
+/// expect. Part of the table below.
+std::string describe_sub_steps(const Explanation& explanation, const WorldSettings& settings);
 
 /// The table for people, of a run of `ticks`.
 std::string to_text(const Explanation& explanation, const SceneRun& run, std::int64_t ticks);

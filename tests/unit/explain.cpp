@@ -365,6 +365,39 @@ TEST_CASE("bodies with drag are told not to be bounded") {
   CHECK(text.find("nothing is left out") == std::string::npos);
 }
 
+TEST_CASE("sub-steps are told by groups, with the sag to expect, also of what sleeps by now") {
+  Scene scene;
+  BodySpec ground;
+  ground.kind = BodyKind::fixed;
+  ground.shape = Shape::half_space();
+  BodySpec cube;
+  cube.shape = Shape::box({0.5, 0.5, 0.5});
+  cube.mass_kg = 1;
+  cube.p_WBo = {0, 0, 0.5};
+  BodySpec heavy = cube;
+  heavy.p_WBo.z = 1.5;
+  heavy.mass_kg = 100;
+  BodySpec alone = cube;
+  alone.p_WBo.x = 5;
+  scene.bodies = {ground, cube, heavy, alone};
+  scene.drags.resize(4);
+  SceneRun run(scene);
+  Explanation explanation(run);
+  SerialExecutor here;
+  for (int tick = 0; tick < 300; ++tick) explanation.step(here);
+  CHECK(run.world().sub_step_choices().empty());
+  REQUIRE(explanation.choices().size() == 1);  // the lighter group fell asleep before
+  CHECK(explanation.choices_tick() > 30);
+  const SubStepChoice& last = explanation.choices().front();
+  CHECK(last.sub_steps == 24);  // 0.0150 s * sqrt(1.1 * 991 / 5e-4) = 22.1
+  CHECK(last.islands == 1);
+  CHECK(last.bodies == 2);
+  CHECK(last.sag_m == Approx(1.1 * 991 * std::pow(1.0 / 60 / 24 / 1.112, 2)).epsilon(0.15));
+  const std::string text = to_text(explanation, run, 300);
+  CHECK(text.find("       24        1        2") != std::string::npos);
+  CHECK(text.find("keep its sag below 0.5 mm") != std::string::npos);
+}
+
 TEST_CASE("looking at what bodies need changes nothing, and the full model is another hash") {
   std::mt19937_64 random(8);
   SerialExecutor here;

@@ -181,20 +181,24 @@ TEST_CASE("balance: momentum is what loads and the ground give, in a heap that f
 }
 
 TEST_CASE("balance: what a belt does to a box that it takes along") {
-  World world(watched());
-  BodySpec belt = brick({20, 1, 0.1}, {0, 0, -0.1}, {2, 0, 0});
-  belt.kind = BodyKind::kinematic;
-  add(world, belt);
-  BodySpec spec = brick({0.3, 0.3, 0.1}, {0, 0, 0.1});
-  spec.mass_kg = 4;
-  const BodyId box = add(world, spec);
-  const Sum sum = run(world, 60);
-  CHECK(state(world, box).v_WBcm.x == Approx(2).epsilon(1e-9));
-  // The belt goes twice as far as the box while it slips: half of what it does becomes heat.
-  CHECK(sum.kinetic_J == Approx(8).epsilon(1e-4));
-  CHECK(sum.driven_J == Approx(16).epsilon(1e-3));
-  CHECK(sum.friction_J == Approx(-8).epsilon(1e-3));
-  CHECK(sum.worst_Ns < 1e-12);
+  for (const bool is_belt_first : {true, false}) {
+    INFO("belt first: " << is_belt_first);
+    World world(watched());
+    BodySpec belt = brick({20, 1, 0.1}, {0, 0, -0.1}, {2, 0, 0});
+    belt.kind = BodyKind::kinematic;
+    BodySpec spec = brick({0.3, 0.3, 0.1}, {0, 0, 0.1});
+    spec.mass_kg = 4;
+    if (is_belt_first) add(world, belt);
+    const BodyId box = add(world, spec);
+    if (!is_belt_first) add(world, belt);
+    const Sum sum = run(world, 60);
+    CHECK(state(world, box).v_WBcm.x == Approx(2).epsilon(1e-9));
+    // The belt goes twice as far as the box while it slips: half of what it does becomes heat.
+    CHECK(sum.kinetic_J == Approx(8).epsilon(1e-4));
+    CHECK(sum.driven_J == Approx(16).epsilon(1e-3));
+    CHECK(sum.friction_J == Approx(-8).epsilon(1e-3));
+    CHECK(sum.worst_Ns < 1e-12);
+  }
 }
 
 TEST_CASE("balance: pushing an overlap out is accounted for by nothing") {
@@ -264,6 +268,18 @@ TEST_CASE("residual: a wrong impulse has one, by how much it is wrong") {
   CHECK(smooth.signorini_mps == 0);
   CHECK(smooth.complementarity_J == Approx(3 * mu * 4));
   CHECK(smooth.natural_mps > 1);
+}
+
+TEST_CASE("residual: of a block that slides next to none: friction opposes it at its limit") {
+  World world(settings());
+  const BodyId block = settled_block(world, 0.3);
+  world.push(std::array{force(block, {8, 0, 0}, WrenchQuantity::impulse)});  // 4 m/s
+  steps(world, 40);
+  const StepReport report = world.step();
+  CHECK(state(world, block).v_WBcm.x > 1);
+  CHECK(report.residual_mps < 1e-6);
+  CHECK(report.residual_cone_mps < 1e-12);
+  CHECK(report.residual_complementarity_J < 1e-8);
 }
 
 TEST_CASE("residual: of a block at rest next to none, of a heap that falls in more") {

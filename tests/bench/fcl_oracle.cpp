@@ -2,6 +2,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/collision_object.h>
 #include <fcl/narrowphase/continuous_collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <fcntl.h>
@@ -10,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <concepts>
 #include <csignal>
 #include <memory>
 #include <system_error>
@@ -20,6 +22,19 @@ namespace cradle::bench {
 namespace {
 
 using Geometry = std::unique_ptr<fcl::CollisionGeometryd>;
+
+Geometry geometry_of(const TriangleMesh& mesh) {
+  auto model = std::make_unique<fcl::BVHModel<fcl::OBBRSSd>>();
+  model->beginModel();
+  for (const Triangle& t : mesh.triangles) {
+    const auto corner = [&](std::size_t k) -> const Vector& {
+      return mesh.vertices[static_cast<std::size_t>(t[k])];
+    };
+    model->addTriangle(corner(0), corner(1), corner(2));
+  }
+  model->endModel();
+  return model;
+}
 
 Geometry geometry_of(const Solid& solid) {
   const Shape& shape = solid.shape;
@@ -51,6 +66,8 @@ Geometry geometry_of(const Solid& solid) {
       return std::make_unique<fcl::Convexd>(std::make_shared<std::vector<Vector>>(hull.vertices),
                                             static_cast<int>(hull.face_count()), faces);
     }
+    case ShapeKind::mesh:
+      return geometry_of(std::get<TriangleMesh>(solid.geometry->value));
     default:
       return nullptr;
   }
@@ -74,8 +91,14 @@ struct Question {
         X_WB(transform_of(pair.X_WB)) {}
 };
 
-FclAnswer contacts(const Question& q) {
-  const fcl::CollisionRequestd request(8, true);
+fcl::GJKSolverType solver_of(const FclWay& way) {
+  return way.by_other_solver ? fcl::GST_INDEP : fcl::GST_LIBCCD;
+}
+
+FclAnswer contacts(const Question& q, const FclWay& way) {
+  fcl::CollisionRequestd request(8, true);
+  request.gjk_solver_type = solver_of(way);
+  request.gjk_tolerance = way.tolerance;
   fcl::CollisionResultd result;
   fcl::collide(q.A.get(), q.X_WA, q.B.get(), q.X_WB, request, result);
   FclAnswer answer;
@@ -84,14 +107,17 @@ FclAnswer contacts(const Question& q) {
     const fcl::Contactd& contact = result.getContact(k);
     if (k > 0 && -contact.penetration_depth >= answer.separation) continue;
     answer.separation = -contact.penetration_depth;
-    answer.n = contact.o1 == q.A.get() ? contact.normal : fcl::Vector3d(-contact.normal);
+    answer.is_exchanged = contact.o1 != q.A.get();
+    answer.n = answer.is_exchanged ? fcl::Vector3d(-contact.normal) : contact.normal;
     answer.p_W = contact.pos;
   }
   return answer;
 }
 
-FclAnswer distance(const Question& q, bool is_signed) {
+FclAnswer distance(const Question& q, bool is_signed, const FclWay& way) {
   fcl::DistanceRequestd request(true, is_signed);
+  request.gjk_solver_type = solver_of(way);
+  request.distance_tolerance = way.tolerance;
   fcl::DistanceResultd result;
   FclAnswer answer;
   answer.points = 1;
@@ -102,37 +128,22 @@ FclAnswer distance(const Question& q, bool is_signed) {
   return answer;
 }
 
-FclAnswer answer_to(const Question& q, FclQuestion question) {
+FclAnswer answer_to(const Question& q, FclQuestion question, const FclWay& way = {}) {
   FclAnswer answer;
   try {
     answer = question == FclQuestion::contacts
-                 ? contacts(q)
-                 : distance(q, question == FclQuestion::signed_distance);
-    answer.end = FclAnswer::End::answered;
+                 ? contacts(q, way)
+                 : distance(q, question == FclQuestion::signed_distance, way);
+    answer.end = FclEnd::End::answered;
   } catch (const std::exception&) {
-    answer.end = FclAnswer::End::threw;
+    answer.end = FclEnd::End::threw;
   }
   return answer;
 }
 
-Geometry mesh_of(const ConvexHull& hull) {
-  auto mesh = std::make_unique<fcl::BVHModel<fcl::OBBRSSd>>();
-  mesh->beginModel();
-  for (std::size_t f = 0; f < hull.face_count(); ++f) {
-    const auto corner = [&](std::size_t k) -> const Vector& {
-      return hull.vertices[static_cast<std::size_t>(hull.face(f)[k])];
-    };
-    for (std::size_t k = 2; k < hull.face(f).size(); ++k) {
-      mesh->addTriangle(corner(0), corner(k - 1), corner(k));
-    }
-  }
-  mesh->endModel();
-  return mesh;
-}
-
-FclImpact impact(const Question& q, const Vector& travel, FclSearch search) {
+FclImpact impact(const Question& q, const Vector& travel, FclSearch search, FclMotion motion) {
   fcl::ContinuousCollisionRequestd request;
-  request.ccd_motion_type = fcl::CCDM_TRANS;
+  request.ccd_motion_type = motion == FclMotion::screw ? fcl::CCDM_SCREW : fcl::CCDM_TRANS;
   request.ccd_solver_type =
       search == FclSearch::samples ? fcl::CCDC_NAIVE : fcl::CCDC_CONSERVATIVE_ADVANCEMENT;
   fcl::ContinuousCollisionResultd result;
@@ -141,9 +152,11 @@ FclImpact impact(const Question& q, const Vector& travel, FclSearch search) {
   FclImpact found;
   try {
     fcl::continuousCollide(q.B.get(), q.X_WB, end, q.A.get(), q.X_WA, q.X_WA, request, result);
-    found = {FclAnswer::End::answered, result.is_collide, result.time_of_contact};
+    found.end = FclEnd::End::answered;
+    found.is_hit = result.is_collide;
+    found.time = result.time_of_contact;
   } catch (const std::exception&) {
-    found.end = FclAnswer::End::threw;
+    found.end = FclEnd::End::threw;
   }
   return found;
 }
@@ -166,9 +179,10 @@ class Shared {
   void* memory_;
 };
 
-/// Does the work in a child whose last words nobody hears. False if it died of it.
+/// Does the work in a child whose last words nobody hears. 0, or what the child died of: a signal,
+/// or -1.
 template <class Work>
-bool in_child(Work work) {
+int in_child(Work work) {
   const pid_t child = fork();
   if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (child == 0) {
@@ -180,7 +194,8 @@ bool in_child(Work work) {
     _exit(0);
   }
   int status = -1;
-  return waitpid(child, &status, 0) == child && status == 0;
+  if (waitpid(child, &status, 0) != child) return -1;
+  return WIFSIGNALED(status) ? WTERMSIG(status) : -(status != 0);
 }
 
 /// `ask(k)` for each of `count`, where an answer is plain bytes; one of which a child dies stays
@@ -191,13 +206,15 @@ std::vector<Answer> ask_all(std::size_t count, Ask ask) {
   const Shared<std::size_t> done(1);
   *done.get() = 0;
   while (*done.get() < count) {
-    const bool has_ended = in_child([&] {
+    const int died_of = in_child([&] {
       for (std::size_t& k = *done.get(); k < count; ++k) {
         answers.get()[k] = Answer();
         answers.get()[k] = ask(k);
       }
     });
-    if (!has_ended) ++*done.get();  // past what it died of
+    if (died_of == 0) continue;
+    if constexpr (std::derived_from<Answer, FclEnd>) answers.get()[*done.get()].signal = died_of;
+    ++*done.get();  // past what it died of
   }
   return {answers.get(), answers.get() + count};
 }
@@ -208,24 +225,30 @@ bool can_ask_fcl(const Pair& pair, FclQuestion question) {
   return question == FclQuestion::contacts || !pair.has(ShapeKind::half_space);
 }
 
-std::vector<FclAnswer> ask_fcl(std::span<const Pair> pairs, FclQuestion question) {
-  return ask_all<FclAnswer>(pairs.size(),
-                            [&](std::size_t k) { return answer_to(Question(pairs[k]), question); });
+std::vector<FclAnswer> ask_fcl(std::span<const Pair> pairs, FclQuestion question, FclWay way) {
+  return ask_all<FclAnswer>(
+      pairs.size(), [&](std::size_t k) { return answer_to(Question(pairs[k]), question, way); });
+}
+
+std::vector<Aabb> ask_fcl_boxes(std::span<const Pair> pairs) {
+  return ask_all<Aabb>(pairs.size(), [&](std::size_t k) {
+    const std::shared_ptr<fcl::CollisionGeometryd> A = geometry_of(pairs[k].A);
+    const fcl::CollisionObjectd object(A, transform_of(pairs[k].X_WA));
+    return Aabb{object.getAABB().min_, object.getAABB().max_};
+  });
 }
 
 std::vector<FclImpact> ask_fcl_impacts(std::span<const Pair> pairs, const Vector& travel,
-                                       FclSearch search, bool as_mesh) {
+                                       FclSearch search, FclMotion motion) {
   return ask_all<FclImpact>(pairs.size(), [&](std::size_t k) {
-    Question q(pairs[k]);
-    if (as_mesh) q.A = mesh_of(pairs[k].A.hull());
-    return impact(q, travel, search);
+    return impact(Question(pairs[k]), travel, search, motion);
   });
 }
 
 std::optional<double> time_fcl(std::span<const Pair> pairs, FclQuestion question) {
   constexpr int kRounds = 5;
   const Shared<double> ns(1);
-  const bool has_ended = in_child([&] {
+  const int died_of = in_child([&] {
     std::vector<Question> questions;
     for (const Pair& pair : pairs) questions.emplace_back(pair);
     std::vector<double> us;
@@ -236,7 +259,7 @@ std::optional<double> time_fcl(std::span<const Pair> pairs, FclQuestion question
     }
     *ns.get() = 1e3 * summarise(us).median_us / static_cast<double>(pairs.size());
   });
-  if (!has_ended) return std::nullopt;
+  if (died_of != 0) return std::nullopt;
   return *ns.get();
 }
 

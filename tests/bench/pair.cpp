@@ -88,7 +88,7 @@ std::optional<PairFigures> figures_of_fcl(std::span<const Pair> pairs,
   const std::vector<FclAnswer> answers = ask_fcl(pairs, question);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const FclAnswer& answer = answers[k];
-    if (answer.end != FclAnswer::End::answered) return std::nullopt;
+    if (answer.end != FclEnd::End::answered) return std::nullopt;
     const bool is_usable = answer.points > 0 && answer.n.norm() > 0.5;
     judge(figures, pairs[k], best[k], answer.n, answer.separation, is_usable ? answer.points : 0,
           question != FclQuestion::contacts);

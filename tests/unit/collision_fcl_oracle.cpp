@@ -8,6 +8,7 @@
 using namespace cradle;
 using bench::ask_fcl;
 using bench::FclAnswer;
+using bench::FclEnd;
 using bench::FclQuestion;
 
 namespace {
@@ -77,7 +78,7 @@ Asked compare(const Kinds& kinds, double share, FclQuestion question, double tol
   Asked asked;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const Manifold ours = pairs[k].collide(share < 0 ? 1 : 0.001);
-    if (answers[k].end != FclAnswer::End::answered || answers[k].points == 0) {
+    if (answers[k].end != FclEnd::End::answered || answers[k].points == 0) {
       ++asked.failed;
       asked.failed_closed += deepest(ours) > 1e-9;
     } else if (ours.count > 0) {
@@ -180,7 +181,7 @@ TEST_CASE("boxes apart are as far from each other as FCL says") {
   int near = 0, exact = 0, seen = 0, missed = 0;
   for (std::size_t k = 0; k < boxes.size(); ++k) {
     CAPTURE(k);
-    REQUIRE(answers[k].end == FclAnswer::End::answered);
+    REQUIRE(answers[k].end == FclEnd::End::answered);
     const double distance = answers[k].separation;
     const Manifold manifold = boxes[k].collide(kMargin);
     double least = kMargin;

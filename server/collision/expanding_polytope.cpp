@@ -5,7 +5,7 @@
 // Where we differ: a face counts by the distance of its plane, with sign, so the origin may be
 // outside at first; and the caller decides which bound is good enough.
 //
-// Cost: 60 .. 100 ns for a corner.
+// Cost: 50 .. 80 ns for a corner.
 #include "server/collision/expanding_polytope.h"
 
 #include <algorithm>
@@ -22,9 +22,13 @@ constexpr double kLevel = 1e-14;  // of the coordinates
 /// A face whose normal and distance differ by less from those of a face of M is a part of it.
 constexpr double kOnePlane = 1e-5, kOnePlane_m = 1e-10;
 
+std::uint8_t next_of(std::uint8_t side) {
+  return side == 2 ? 0 : static_cast<std::uint8_t>(side + 1);
+}
+
 }  // namespace
 
-bool ExpandingPolytope::make_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
+bool ExpandingPolytope::add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
   const Vector &p = corners_[a].w, ab = corners_[b].w - p, ac = corners_[c].w - p;
   const Vector normal = ab.cross(ac);
   const double area2 = normal.squaredNorm();
@@ -33,7 +37,9 @@ bool ExpandingPolytope::make_face(std::uint8_t a, std::uint8_t b, std::uint8_t c
   face.n = normal * (1 / std::sqrt(area2));
   face.distance = face.n.dot(p);
   face.corners = {a, b, c};
-  open_[face_count_++] = face.distance;
+  is_removed_[face_count_] = false;
+  open_[face_count_] = face.distance;
+  listed_[listed_count_++] = static_cast<std::uint8_t>(face_count_++);
   return true;
 }
 
@@ -46,87 +52,70 @@ bool ExpandingPolytope::begin(const std::array<Difference, 4>& corners) {
   if (!(volume * volume > kFlat * kFlat * across.squaredNorm() * up.squaredNorm())) return false;
   if (volume > 0) std::swap(corners_[1], corners_[2]);
   corner_count_ = 4;
-  face_count_ = 0;
+  face_count_ = listed_count_ = 0;
   // Corner 3 is now below the first face, as seen from outside.
-  if (!(make_face(0, 1, 2) && make_face(0, 3, 1) && make_face(1, 3, 2) && make_face(2, 3, 0))) {
+  if (!(add_face(0, 1, 2) && add_face(0, 3, 1) && add_face(1, 3, 2) && add_face(2, 3, 0))) {
     return false;
   }
   for (std::uint8_t f = 1; f < 4; ++f) {
-    join(0, static_cast<std::uint8_t>(f - 1), f, 2);
-    join(f, 1, f < 3 ? static_cast<std::uint8_t>(f + 1) : 1, 0);
+    join({0, static_cast<std::uint8_t>(f - 1)}, {f, 2});
+    join({f, 1}, {f < 3 ? static_cast<std::uint8_t>(f + 1) : std::uint8_t{1}, 0});
   }
   return true;
 }
 
-int ExpandingPolytope::nearest(double bound) const {
+int ExpandingPolytope::nearest(double bound, double keep) {
   int best = -1;
-  for (std::size_t f = 0; f < face_count_; ++f) {
-    if (open_[f] < bound) bound = open_[f], best = static_cast<int>(f);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < listed_count_; ++k) {
+    const int f = listed_[k];
+    const double distance = open_[static_cast<std::size_t>(f)];
+    listed_[kept] = static_cast<std::uint8_t>(f);
+    kept += distance < keep;
+    best ^= (best ^ f) & -static_cast<int>(distance < bound);  // a branch would be chance
+    bound = std::min(bound, distance);
   }
+  listed_count_ = kept;
   return best;
 }
 
-bool ExpandingPolytope::expand(int from, const Difference& corner) {
+bool ExpandingPolytope::expand(int f, const Difference& corner) {
   if (corner_count_ == kCornersMax) return false;
-  const auto added = static_cast<std::uint8_t>(corner_count_++);
-  corners_[added] = corner;
-
+  const auto top = static_cast<std::uint8_t>(corner_count_++);
+  corners_[top] = corner;
   // Faces that the corner is level with go too, else a flat one may take their place.
   const double level = kLevel * corner.w.cwiseAbs().maxCoeff();
+  const auto from = static_cast<std::uint8_t>(f);
+  Rim rim;
+  remove(from);
+  for (const Edge& beyond : faces_[from].across) remove_seeing(corner.w, level, beyond, rim);
+  return fill_hole(rim, top);
+}
 
-  // The faces that see the corner go; the edges around them, in order, are those of the hole.
-  std::array<bool, kFacesMax> is_gone;
-  std::fill_n(is_gone.begin(), face_count_, false);
-  std::array<Edge, kCornersMax> rim;
-  std::size_t rim_count = 0;
-  std::array<Edge, 2 * kCornersMax> stack;  // how we came to a face, and where to go on
-  std::size_t depth = 0;
-  const auto enter = [&](std::uint8_t f, std::uint8_t first_side) {
-    is_gone[f] = true;
-    open_[f] = kClosed;
-    stack[depth++] = {f, first_side};
-  };
-  std::array<std::uint8_t, 2 * kCornersMax> sides_left;
-  enter(static_cast<std::uint8_t>(from), 0);
-  sides_left[0] = 3;
-  while (depth > 0) {
-    Edge& at = stack[depth - 1];
-    if (sides_left[depth - 1]-- == 0) {
-      --depth;
-      continue;
-    }
-    const std::uint8_t f = at.face, side = at.side;
-    at.side = static_cast<std::uint8_t>(side == 2 ? 0 : side + 1);
-    const std::uint8_t g = faces_[f].across[side];
-    if (is_gone[g]) continue;
-    const Face& next = faces_[g];
-    const std::uint8_t back = next.across[0] == f && next.corners[1] == faces_[f].corners[side] ? 0
-                              : next.across[1] == f && next.corners[2] == faces_[f].corners[side]
-                                  ? 1
-                                  : 2;
-    if (next.n.dot(corner.w) > next.distance - level) {
-      if (depth == stack.size()) return false;
-      sides_left[depth] = 2;
-      enter(g, static_cast<std::uint8_t>(back == 2 ? 0 : back + 1));
-    } else {
-      if (rim_count == rim.size()) return false;
-      rim[rim_count++] = {g, back};
-    }
+void ExpandingPolytope::remove_seeing(const Vector& w, double level, const Edge& edge, Rim& rim) {
+  if (is_removed_[edge.face]) return;
+  const Face& face = faces_[edge.face];
+  if (!(face.n.dot(w) > face.distance - level)) {
+    rim.add(edge);
+    return;
   }
-  if (rim_count < 3 || face_count_ + rim_count > kFacesMax) return false;
+  remove(edge.face);
+  const std::uint8_t left = next_of(edge.side), right = next_of(left);
+  remove_seeing(w, level, face.across[left], rim);
+  remove_seeing(w, level, face.across[right], rim);
+}
+
+bool ExpandingPolytope::fill_hole(const Rim& rim, std::uint8_t top) {
+  if (rim.is_broken || rim.count < 3 || face_count_ + rim.count > kFacesMax) return false;
   const auto first = static_cast<std::uint8_t>(face_count_);
-  for (std::size_t k = 0; k < rim_count; ++k) {
-    const auto [g, side] = rim[k];
-    const std::uint8_t a = faces_[g].corners[side];
-    const std::uint8_t b = faces_[g].corners[side == 2 ? 0 : side + 1];
-    if (!make_face(b, a, added)) return false;
-    join(static_cast<std::uint8_t>(first + k), 0, g, side);
-  }
-  for (std::size_t k = 0; k < rim_count; ++k) {
-    const std::size_t next = k + 1 < rim_count ? k + 1 : 0;
-    // The rim is one ring, else rounding has cut it.
-    if (faces_[first + k].corners[1] != faces_[first + next].corners[0]) return false;
-    join(static_cast<std::uint8_t>(first + k), 1, static_cast<std::uint8_t>(first + next), 2);
+  const auto last = static_cast<std::uint8_t>(first + rim.count - 1);
+  for (std::uint8_t f = first; f <= last; ++f) {
+    const Edge& outer = rim.edges[f - first];
+    const Edge& next = rim.edges[f < last ? f - first + 1 : 0];
+    if (start_of(outer) != end_of(next)) return false;  // not one ring: rounding has cut it
+    if (!add_face(end_of(outer), start_of(outer), top)) return false;
+    join({f, 0}, outer);
+    join({f, 1}, {f < last ? static_cast<std::uint8_t>(f + 1) : first, 2});
   }
   return true;
 }

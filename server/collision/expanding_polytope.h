@@ -10,18 +10,24 @@ class ExpandingPolytope {
  public:
   static constexpr std::size_t kCornersMax = 48;
 
+  /// Of a face, from its corner `side` to the next.
+  struct Edge {
+    std::uint8_t face, side;
+  };
+
   struct Face {
     Vector n;         ///< unit, outward
     double distance;  ///< of its plane from the origin along n; negative: the origin is outside
     std::array<std::uint8_t, 3> corners;  ///< counter-clockwise as seen from outside
-    std::array<std::uint8_t, 3> across;   ///< the face beyond the edge from corner k to the next
+    std::array<Edge, 3> across;           ///< the same edges, as the faces beyond them have them
   };
 
   /// False if the tetrahedron of the corners is flat.
   bool begin(const std::array<Difference, 4>& corners);
 
-  /// The face whose plane is nearest to the origin, of those nearer than `bound`; -1: none.
-  int nearest(double bound) const;
+  /// The face whose plane is nearest to the origin, of those nearer than `bound`; -1: none. Those
+  /// not nearer than `keep`, which is no less, are not found again.
+  int nearest(double bound, double keep);
   const Face& face(int f) const { return faces_[static_cast<std::size_t>(f)]; }
 
   /// The face is not to be found again: it lies in M's surface.
@@ -45,22 +51,48 @@ class ExpandingPolytope {
   static constexpr std::size_t kFacesMax = 4 * kCornersMax;  // in all, removed ones among them
   static constexpr double kClosed = std::numeric_limits<double>::infinity();
 
-  struct Edge {
-    std::uint8_t face, side;  // of the face that stays
+  /// The edges around a hole, in order, as the faces that stay have them.
+  struct Rim {
+    std::array<Edge, kCornersMax> edges;
+    std::size_t count = 0;
+    bool is_broken = false;  // by rounding
+
+    void add(const Edge& edge) {
+      is_broken = is_broken || count == edges.size();
+      if (!is_broken) edges[count++] = edge;
+    }
   };
 
   /// Of a face's corners in the foot of the origin: below zero where it is beyond an edge.
   std::array<double, 3> weights_at_foot(const Face& face) const;
-  bool make_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);
-  void join(std::uint8_t f, std::uint8_t side, std::uint8_t g, std::uint8_t other_side) {
-    faces_[f].across[side] = g;
-    faces_[g].across[other_side] = f;
+  std::uint8_t start_of(const Edge& edge) const { return faces_[edge.face].corners[edge.side]; }
+  std::uint8_t end_of(const Edge& edge) const {
+    return faces_[edge.face].corners[edge.side == 2 ? 0 : edge.side + 1];
   }
+
+  /// False if it is flat.
+  bool add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);
+  void join(const Edge& edge, const Edge& other) {
+    faces_[edge.face].across[edge.side] = other;
+    faces_[other.face].across[other.side] = edge;
+  }
+
+  void remove(std::uint8_t f) {
+    is_removed_[f] = true;
+    close(f);
+  }
+  /// Removes the face of an edge if it sees `w`, and those beyond it that do; else the edge is of
+  /// the rim.
+  void remove_seeing(const Vector& w, double level, const Edge& edge, Rim& rim);
+  /// Faces from the rim to a corner. False as in `expand`.
+  bool fill_hole(const Rim& rim, std::uint8_t top);
 
   std::array<Difference, kCornersMax> corners_;
   std::array<Face, kFacesMax> faces_;
   std::array<double, kFacesMax> open_;  ///< the distance, or kClosed
-  std::size_t corner_count_ = 0, face_count_ = 0;
+  std::array<bool, kFacesMax> is_removed_;
+  std::array<std::uint8_t, kFacesMax> listed_;  ///< that may be nearest
+  std::size_t corner_count_ = 0, face_count_ = 0, listed_count_ = 0;
 };
 
 }  // namespace cradle

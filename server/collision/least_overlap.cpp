@@ -7,7 +7,8 @@
 // Boxes, capsules and cylinders among themselves: closed_overlap.cpp. The others here.
 //
 // Cores with corners only. Their distance by GJK; if they overlap, the tetrahedron it ends with
-// grows into M until its nearest face lies in M's surface: that is the least h, exactly.
+// grows into M until its nearest face lies in M's surface: that is the least h, exactly. Where the
+// overlap along the middles is large, a tetrahedron with a side across that line grows at once.
 //
 // Curved ones. The search begins at the best of the directions in which shapes use to leave each
 // other: their faces and sides. If that is certainly best, all is done. Else B is moved out along
@@ -42,6 +43,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSure_m = 1e-11;    // overlaps this near to each other are one
 constexpr int kLeadSteps = 6;        // to see how much the best direction leads
 constexpr double kKissing_m = 1e-8;  // nearer than this, closest points tell no direction
+constexpr double kDeep = 0.15;       // of the thickness: so deep, no distance is asked for
 
 // The way to a local minimum. Its first closest points need only lead roughly there: their squared
 // distance is known to a tenth, with B this many small lengths out.
@@ -83,6 +85,11 @@ bool is_polytope(const ConvexShape& shape) {
   }
 }
 
+/// Some unit vector across n.
+Vector unit_across(const Vector& n) {
+  return (std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY()).cross(n).normalized();
+}
+
 /// Some tetrahedron in M, as wide as may be.
 bool begin_anywhere(const ConvexPair& pair, SupportHints& hints, ExpandingPolytope& polytope) {
   std::array<Difference, 4> corners;
@@ -111,7 +118,7 @@ LeastOverlap beyond(double distance) {
 double lead_over_others(const ConvexPair& pair, ExpandingPolytope& polytope,
                         const LeastOverlap& best, double wanted, SupportHints& hints) {
   for (int step = 0;; ++step) {
-    const int f = polytope.nearest(best.overlap + wanted);
+    const int f = polytope.nearest(best.overlap + wanted, best.overlap + wanted);
     if (f < 0) return wanted;
     const ExpandingPolytope::Face& face = polytope.face(f);
     const double at_least = face.distance - best.overlap;
@@ -128,20 +135,29 @@ double lead_over_others(const ConvexPair& pair, ExpandingPolytope& polytope,
   }
 }
 
-/// False if rounding got in the way.
-bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportHints& hints,
-                        double lead_wanted, LeastOverlap& best) {
-  ExpandingPolytope polytope;
-  const bool has_begun = simplex.count == 4 && polytope.begin(simplex.corners);
-  if (!has_begun && !begin_anywhere(pair, hints, polytope)) return false;
+/// A tetrahedron in M with a wide side across n, which is a unit vector.
+bool begin_across(const ConvexPair& pair, const Vector& n, SupportHints& hints,
+                  ExpandingPolytope& polytope) {
+  const Vector e = unit_across(n), f = n.cross(e);
+  constexpr double kRoot = std::numbers::sqrt3 / 2;
+  return polytope.begin({support(pair, -n, hints), support(pair, n + e, hints),
+                         support(pair, n + (-0.5 * e + kRoot * f), hints),
+                         support(pair, n + (-0.5 * e - kRoot * f), hints)});
+}
+
+/// Grows a polytope that has begun, while the best overlap is above `least`. False if it is not, or
+/// if rounding got in the way.
+bool least_by_expanding(const ConvexPair& pair, ExpandingPolytope& polytope, double least,
+                        double lead_wanted, SupportHints& hints, LeastOverlap& best) {
   best = {true, Vector::Zero(), kInfinity, Vector::Zero()};
   for (;;) {
-    const int f = polytope.nearest(best.overlap - kSure_m);
+    const int f = polytope.nearest(best.overlap - kSure_m, best.overlap + lead_wanted);
     if (f < 0) break;
     const ExpandingPolytope::Face& face = polytope.face(f);
     const Difference next = support(pair, face.n, hints);
     const double overlap = face.n.dot(next.w);
     if (overlap < best.overlap) best.n = face.n, best.overlap = overlap, best.p_A = next.a;
+    if (overlap < least) return false;
     if (overlap - face.distance <= kSure_m) {
       polytope.close(f);
     } else if (!polytope.expand(f, next)) {
@@ -161,22 +177,34 @@ bool least_by_expanding(const ConvexPair& pair, const Simplex& simplex, SupportH
 
 LeastOverlap of_polytopes(const ConvexPair& pair, double limit, double lead_wanted,
                           SupportHints& hints) {
-  Simplex simplex;
   const double length = pair.centre.norm();
   const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
+  ExpandingPolytope polytope;
+  LeastOverlap best;
+  Simplex simplex;
+  simplex.corners[0] = support(pair, n, hints);
+  simplex.count = 1;
+  if (n.dot(simplex.corners[0].w) > kDeep * std::min(pair.A.thickness, pair.B.thickness) &&
+      begin_across(pair, n, hints, polytope) &&
+      least_by_expanding(pair, polytope, kKissing_m, lead_wanted, hints, best)) {
+    return best;
+  }
   const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) return beyond(found.distance);
   // Of those that kiss, the closest points tell no direction.
   if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
-    LeastOverlap best{true, found.n, core_overlap(pair, found.n, hints), found.p_A};
+    best = {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
     if (lead_wanted > 0) {
       best.lead = lead_of_closest(simplex, found.distance);
       if (simplex.count == 3) best.sine = edge_sine(std::span(simplex.corners).first(3));
     }
     return best;
   }
-  LeastOverlap best;
-  if (least_by_expanding(pair, simplex, hints, lead_wanted, best)) return best;
+  const bool has_begun = (simplex.count == 4 && polytope.begin(simplex.corners)) ||
+                         begin_anywhere(pair, hints, polytope);
+  if (has_begun && least_by_expanding(pair, polytope, -kInfinity, lead_wanted, hints, best)) {
+    return best;
+  }
   best = descend(pair, best_face(pair, hints), hints);
   best.lead = -1;
   return best;
@@ -216,8 +244,7 @@ bool begin_at(const ConvexPair& pair, const Vector& n, const Simplex& simplex, S
       corners[2] = support(pair, n + e, hints);
       corners[3] = support(pair, n - e, hints);
     } else {
-      const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
-      const Vector e = aside * helper.cross(n).normalized(), f = n.cross(e);
+      const Vector e = aside * unit_across(n), f = n.cross(e);
       constexpr double kRoot = std::numbers::sqrt3 / 2;
       if (simplex.count == 0) corners[0] = support(pair, n, hints);
       corners[1] = support(pair, n + e, hints);
@@ -240,7 +267,8 @@ void seek_lower(const ConvexPair& pair, const Simplex& simplex, SupportHints& hi
   const double same_cosine = is_smooth ? kSameCosine : kSameCosineAtEdges;
   bool has_begun_anew = false;
   for (int step = 0; step < kSeekMax; ++step) {
-    const int nearest = polytope.nearest(best.overlap * (1 - kSeekShare) - kSure_m);
+    const double bound = best.overlap * (1 - kSeekShare) - kSure_m;
+    const int nearest = polytope.nearest(bound, bound);
     if (nearest < 0) return;
     const ExpandingPolytope::Face& face = polytope.face(nearest);
     const Difference next = support(pair, face.n, hints);

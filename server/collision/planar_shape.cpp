@@ -11,14 +11,55 @@ namespace cradle {
 
 static_assert(PlanarShape::kCornersMax >= limits::kCorners);
 
+namespace {
+
+/// The axes of a shape's frame in the plane, and where its origin is.
+struct Frame {
+  Point o, ex, ey;
+
+  Point turned(double x, double y) const { return x * ex + y * ey; }
+};
+
+void set(PlanarShape& shape, std::size_t k, const Point& p, const Point& n) {
+  shape.corners[k] = p;
+  shape.normals[k] = n;
+}
+
+void place_box(PlanarShape& placed, const Shape& shape, const Frame& F) {
+  const Point hx = shape.parameters[0] * F.ex, hy = shape.parameters[1] * F.ey;
+  const Point left = F.o - hx, right = F.o + hx;
+  set(placed, 0, left - hy, -F.ey);
+  set(placed, 1, right - hy, F.ex);
+  set(placed, 2, right + hy, F.ey);
+  set(placed, 3, left + hy, -F.ex);
+  placed.count = 4;
+}
+
+void place_polygon(PlanarShape& placed, const Shape& shape, const Frame& F) {
+  placed.count = static_cast<int>(shape.corner_count());
+  for (int k = 0; k < placed.count; ++k) {
+    const Vec2 a = shape.corner_m(static_cast<std::size_t>(k));
+    const Vec2 b = shape.corner_m(static_cast<std::size_t>(placed.after(k)));
+    const double x = b.y - a.y, y = a.x - b.x, length = std::sqrt(x * x + y * y);
+    set(placed, static_cast<std::size_t>(k), F.o + a.x * F.ex + a.y * F.ey,
+        F.turned(x, y) / length);
+  }
+}
+
+void place_polygon(PlanarShape& placed, const ConvexPolygon& polygon, const Frame& F) {
+  for (const Vector2& p : polygon.corners) {
+    const auto k = static_cast<std::size_t>(placed.count++);
+    const Vector2& n = polygon.normals[k];
+    set(placed, k, F.o + p.x() * F.ex + p.y() * F.ey, F.turned(n.x(), n.y()));
+  }
+}
+
+}  // namespace
+
 void PlanarShape::place(const Collider& collider, const Point& o) {
   const Matrix& R = collider.X_WB.R;
-  const Point ex(R(0, 0), R(1, 0)), ey(R(0, 1), R(1, 1));
+  const Frame F{o, {R(0, 0), R(1, 0)}, {R(0, 1), R(1, 1)}};
   const Shape& shape = collider.shape;
-  const auto set = [this](std::size_t k, const Point& p, const Point& n) {
-    corners[k] = p;
-    normals[k] = n;
-  };
   switch (shape.kind) {
     case ShapeKind::sphere:
       radius = shape.radius_m();
@@ -27,42 +68,22 @@ void PlanarShape::place(const Collider& collider, const Point& o) {
       return;
     case ShapeKind::capsule: {
       radius = shape.radius_m();
-      const Point half = shape.half_length_m() * ex;
-      set(0, o - half, -ey);
-      set(1, o + half, ey);
+      const Point half = shape.half_length_m() * F.ex;
+      set(*this, 0, o - half, -F.ey);
+      set(*this, 1, o + half, F.ey);
       count = 2;
       return;
     }
-    case ShapeKind::box: {
-      const Point hx = shape.parameters[0] * ex, hy = shape.parameters[1] * ey;
-      const Point left = o - hx, right = o + hx;
-      set(0, left - hy, -ey);
-      set(1, right - hy, ex);
-      set(2, right + hy, ey);
-      set(3, left + hy, -ex);
-      count = 4;
-      return;
-    }
-    case ShapeKind::polygon: {
-      count = static_cast<int>(shape.corner_count());
-      for (int k = 0; k < count; ++k) {
-        const Vec2 a = shape.corner_m(static_cast<std::size_t>(k));
-        const Vec2 b = shape.corner_m(static_cast<std::size_t>(after(k)));
-        const double x = b.y - a.y, y = a.x - b.x, length = std::sqrt(x * x + y * y);
-        set(static_cast<std::size_t>(k), o + a.x * ex + a.y * ey, (x * ex + y * ey) / length);
-      }
-      return;
-    }
+    case ShapeKind::box:
+      return place_box(*this, shape, F);
+    case ShapeKind::polygon:
+      return place_polygon(*this, shape, F);
     default:
       break;
   }
   if (collider.geometry == nullptr) return;
-  if (const auto* polygon = std::get_if<ConvexPolygon>(&collider.geometry->value)) {
-    for (const Vector2& p : polygon->corners) {
-      const Vector2& n = polygon->normals[static_cast<std::size_t>(count)];
-      set(static_cast<std::size_t>(count++), o + p.x() * ex + p.y() * ey, n.x() * ex + n.y() * ey);
-    }
-  }
+  const auto* polygon = std::get_if<ConvexPolygon>(&collider.geometry->value);
+  if (polygon != nullptr) place_polygon(*this, *polygon, F);
 }
 
 int PlanarShape::farthest(const Point& d) const {

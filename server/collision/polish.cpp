@@ -123,6 +123,23 @@ class Polish {
   Polish(const ConvexPair& pair, SupportHints& hints) : pair_(pair), hints_(hints) {}
 
   bool from(const Vector& begin, Simplex& simplex, LeastOverlap& least) {
+    begin_with(begin, simplex);
+    for (int step = 0; step < kStepsMax; ++step) {
+      double length2 = 0;
+      if (!take_step(length2)) return false;
+      const Difference far = support(pair_, n_, hints_);
+      if (length2 < kArrived * kArrived && is_valley_ && is_held(n_.dot(far.w))) {
+        finish(far, simplex, least);
+        return true;
+      }
+      hold(piece_at(far.a, far.w, 0));
+    }
+    return false;
+  }
+
+ private:
+  /// The pieces between which closest points are; else the farthest.
+  void begin_with(const Vector& begin, const Simplex& simplex) {
     const std::size_t given = std::min(simplex.count, pieces_.size());
     std::array<Vector, 3> a, b;
     for (std::size_t i = 0; i < given; ++i) {
@@ -135,55 +152,59 @@ class Polish {
       take(piece_at(simplex.corners[i].a, simplex.corners[i].w, simplex.weights[i]));
     }
     n_ = begin;
-    if (count_ == 0) {
-      const Difference far = support(pair_, n_, hints_);
-      take(piece_at(far.a, far.w, 1));
-    }
-    for (int step = 0; step < kStepsMax; ++step) {
-      if (!look_from_here()) return false;
-      double dx = 0, dy = 0;
-      has_turned_ = false;
-      while (!solve(dx, dy)) {
-        if (!let_go()) return false;
-      }
-      double length2 = dx * dx + dy * dy;
-      if (!(length2 < kInfinity)) return false;
-      if (length2 > kLongest * kLongest) {
-        const double shorter = kLongest / std::sqrt(length2);
-        dx *= shorter;
-        dy *= shorter;
-        length2 = kLongest * kLongest;
-      }
-      const Vector next = (n_ + dx * e_ + dy * f_) / std::sqrt(1 + length2);
-      n_ = next;
-      const Difference far = support(pair_, n_, hints_);
-      const double overlap = n_.dot(far.w);
-      if (length2 < kArrived * kArrived && is_valley_) {
-        double held = pieces_[0].w.dot(n_);
-        for (std::size_t i = 1; i < count_; ++i) held = std::max(held, pieces_[i].w.dot(n_));
-        if (overlap <= held + kAsFar) {
-          least = {true, n_, overlap, Vector::Zero()};
-          for (std::size_t i = 0; i < count_; ++i) {
-            least.p_A += pieces_[i].weight * pieces_[i].a;
-            simplex.corners[i] = {pieces_[i].w, pieces_[i].a};
-            simplex.weights[i] = pieces_[i].weight;
-          }
-          simplex.count = count_;
-          if (count_ == 1) simplex.corners[0] = far;
-          return true;
-        }
-      }
-      const Piece piece = piece_at(far.a, far.w, 0);
-      bool is_held = false;
-      for (std::size_t i = 0; i < count_; ++i) is_held = is_held || pieces_[i].is_same(piece);
-      if (is_held) continue;
-      if (count_ == 3) drop(lightest());
-      pieces_[count_++] = piece;
-    }
-    return false;
+    if (count_ > 0) return;
+    const Difference far = support(pair_, n_, hints_);
+    take(piece_at(far.a, far.w, 1));
   }
 
- private:
+  /// To where the pieces held say that the minimum is. False if they say nothing. `length2` is that
+  /// of the step, rad^2.
+  bool take_step(double& length2) {
+    if (!look_from_here()) return false;
+    double dx = 0, dy = 0;
+    has_turned_ = false;
+    while (!solve(dx, dy)) {
+      if (!let_go()) return false;
+    }
+    length2 = dx * dx + dy * dy;
+    if (!(length2 < kInfinity)) return false;
+    if (length2 > kLongest * kLongest) {
+      const double shorter = kLongest / std::sqrt(length2);
+      dx *= shorter;
+      dy *= shorter;
+      length2 = kLongest * kLongest;
+    }
+    const Vector next = (n_ + dx * e_ + dy * f_) / std::sqrt(1 + length2);
+    n_ = next;
+    return true;
+  }
+
+  /// Whether no piece is farther than those that are held.
+  bool is_held(double overlap) const {
+    double held = pieces_[0].w.dot(n_);
+    for (std::size_t i = 1; i < count_; ++i) held = std::max(held, pieces_[i].w.dot(n_));
+    return overlap <= held + kAsFar;
+  }
+
+  void finish(const Difference& far, Simplex& simplex, LeastOverlap& least) const {
+    least = {true, n_, n_.dot(far.w), Vector::Zero()};
+    for (std::size_t i = 0; i < count_; ++i) {
+      least.p_A += pieces_[i].weight * pieces_[i].a;
+      simplex.corners[i] = {pieces_[i].w, pieces_[i].a};
+      simplex.weights[i] = pieces_[i].weight;
+    }
+    simplex.count = count_;
+    if (count_ == 1) simplex.corners[0] = far;
+  }
+
+  void hold(const Piece& piece) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (pieces_[i].is_same(piece)) return;
+    }
+    if (count_ == 3) drop(lightest());
+    pieces_[count_++] = piece;
+  }
+
   Piece piece_at(const Vector& a, const Vector& w, double weight) const {
     Piece piece;
     const Vector b = pair_.R.transpose() * (a - w - pair_.t);
@@ -234,41 +255,56 @@ class Polish {
 
   /// False if some weight is negative.
   bool solve(double& dx, double& dy) {
-    double xx = -h_, xy = 0, yy = -h_;
+    Bend mean{-h_, 0, -h_};
     for (std::size_t i = 0; i < count_; ++i) {
       const Piece& p = pieces_[i];
-      xx += p.weight * p.bend.xx;
-      xy += p.weight * p.bend.xy;
-      yy += p.weight * p.bend.yy;
+      mean.xx += p.weight * p.bend.xx;
+      mean.xy += p.weight * p.bend.xy;
+      mean.yy += p.weight * p.bend.yy;
     }
+    if (count_ == 1) return solve_one(mean, dx, dy);
+    return count_ == 2 ? solve_two(mean, dx, dy) : solve_three(mean, dx, dy);
+  }
+
+  /// One piece: down its slope, as it bends.
+  bool solve_one(Bend bend, double& dx, double& dy) {
+    auto& [xx, xy, yy] = bend;
+    const Piece& p = pieces_[0];
+    is_valley_ = xx * yy - xy * xy > 0 && xx + yy > 0;
+    if (!is_valley_) xx += 2 * h_, yy += 2 * h_;
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > 0)) return dx = kInfinity, true;
+    dx = (xy * p.gy - yy * p.gx) / determinant;
+    dy = (xy * p.gx - xx * p.gy) / determinant;
+    pieces_[0].weight = 1;
+    return true;
+  }
+
+  /// Two: to the line on which both are as far, and down along it.
+  bool solve_two(const Bend& mean, double& dx, double& dy) {
+    const auto& [xx, xy, yy] = mean;
+    const Piece &p = pieces_[0], &q = pieces_[1];
+    const double x = p.gx - q.gx, y = p.gy - q.gy, length2 = x * x + y * y;
+    double bend = y * y * xx - 2 * x * y * xy + x * x * yy;  // times length2
+    is_valley_ = bend > 0;
+    if (!is_valley_) bend += 2 * h_ * length2;
+    if (!(length2 > 0 && bend > 0)) return dx = kInfinity, true;
+    const double back = (q.s - p.s) / length2;  // along (x, y)
+    const double slope =
+        x * p.gy - y * p.gx + back * (x * (xy * x + yy * y) - y * (xx * x + xy * y));
+    const double along = -slope / bend;  // along (-y, x)
+    dx = back * x - along * y;
+    dy = back * y + along * x;
+    const double rest_x = q.gx + xx * dx + xy * dy, rest_y = q.gy + xy * dx + yy * dy;
+    pieces_[0].weight = -(rest_x * x + rest_y * y) / length2;
+    pieces_[1].weight = 1 - pieces_[0].weight;
+    return pieces_[0].weight >= kNegative && pieces_[1].weight >= kNegative;
+  }
+
+  /// Three: to the point where all are as far.
+  bool solve_three(const Bend& mean, double& dx, double& dy) {
+    const auto& [xx, xy, yy] = mean;
     const Piece &p = pieces_[0], &q = pieces_[1], &r = pieces_[2];
-    if (count_ == 1) {
-      is_valley_ = xx * yy - xy * xy > 0 && xx + yy > 0;
-      if (!is_valley_) xx += 2 * h_, yy += 2 * h_;
-      const double determinant = xx * yy - xy * xy;
-      if (!(determinant > 0)) return dx = kInfinity, true;
-      dx = (xy * p.gy - yy * p.gx) / determinant;
-      dy = (xy * p.gx - xx * p.gy) / determinant;
-      pieces_[0].weight = 1;
-      return true;
-    }
-    if (count_ == 2) {
-      const double x = p.gx - q.gx, y = p.gy - q.gy, length2 = x * x + y * y;
-      double bend = y * y * xx - 2 * x * y * xy + x * x * yy;  // times length2
-      is_valley_ = bend > 0;
-      if (!is_valley_) bend += 2 * h_ * length2;
-      if (!(length2 > 0 && bend > 0)) return dx = kInfinity, true;
-      const double back = (q.s - p.s) / length2;  // along (x, y)
-      const double slope =
-          x * p.gy - y * p.gx + back * (x * (xy * x + yy * y) - y * (xx * x + xy * y));
-      const double along = -slope / bend;  // along (-y, x)
-      dx = back * x - along * y;
-      dy = back * y + along * x;
-      const double rest_x = q.gx + xx * dx + xy * dy, rest_y = q.gy + xy * dx + yy * dy;
-      pieces_[0].weight = -(rest_x * x + rest_y * y) / length2;
-      pieces_[1].weight = 1 - pieces_[0].weight;
-      return pieces_[0].weight >= kNegative && pieces_[1].weight >= kNegative;
-    }
     is_valley_ = true;
     const double x1 = p.gx - r.gx, y1 = p.gy - r.gy, x2 = q.gx - r.gx, y2 = q.gy - r.gy;
     const double determinant = x1 * y2 - y1 * x2;

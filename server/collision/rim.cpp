@@ -16,64 +16,74 @@ namespace {
 constexpr int kStepsMax = 24;
 constexpr double kStill = 1e-6;  // rad, of a step: the error left is its square
 
-void normalise(double& c, double& s) {
-  const double scale = 1 / std::sqrt(c * c + s * s);
-  c *= scale;
-  s *= scale;
+/// Cosine and sine of a parameter.
+struct Angle {
+  double c, s;
+
+  void normalise() {
+    const double scale = 1 / std::sqrt(c * c + s * s);
+    c *= scale;
+    s *= scale;
+  }
+};
+
+/// For y >= 0: by Newton's method between places where f has different signs. `by` is b times y, as
+/// all over here.
+Angle nearest_inside(double rx, double by, double K, Angle at) {
+  Angle low{1, 0}, high{0, 1};
+  for (int step = 0; step < kStepsMax; ++step) {
+    const double f = rx * at.s - by * at.c - K * at.s * at.c;
+    const double rise = rx * at.c + by * at.s - K * (at.c * at.c - at.s * at.s);
+    (f > 0 ? high : low) = at;
+    const double turn = rise > 0 ? -f / rise : 2;
+    Angle next{at.c - turn * at.s, at.s + turn * at.c};
+    // Of tangents: beyond the bracket it is halved.
+    const bool is_between = std::abs(turn) < 1 && next.s * low.c >= next.c * low.s &&
+                            next.s * high.c <= next.c * high.s;
+    if (!is_between) next = {low.c + high.c, low.s + high.s};
+    at = next;
+    at.normalise();
+    if (is_between && std::abs(turn) < kStill) break;
+  }
+  return at;
+}
+
+/// For y < 0: by Newton's method for f / (s c), from beyond the root. False if there is none.
+bool nearest_beyond(double rx, double by, double K, Angle& at) {
+  if (!(rx < K)) return false;
+  at.c = rx / K;
+  if (!(at.c > 0)) {
+    at.s = 1;
+    return -by < K;
+  }
+  at.s = std::sqrt(1 - at.c * at.c);
+  for (int step = 0; step < kStepsMax; ++step) {
+    const double g = rx / at.c - by / at.s - K;
+    const double rise = rx * at.s / (at.c * at.c) + by * at.c / (at.s * at.s);
+    if (!(rise > 0)) return false;
+    const double turn = -g / rise;
+    if (!(turn > -1)) return false;
+    at = {at.c - turn * at.s, at.s + turn * at.c};
+    if (!(at.s > 0)) return false;
+    at.normalise();
+    if (std::abs(turn) < kStill) break;
+  }
+  return true;
 }
 
 }  // namespace
 
 bool nearest_on_quarter(double r, double b, double x, double y, Vector2& n) {
   const double K = r * r - b * b, rx = r * x, by = b * y;
-  double c, s;
+  Angle at{b * x, r * y};
   if (y >= 0) {
-    c = b * x, s = r * y;
-    if (!(c * c + s * s > 0)) c = K > 0 ? 0 : 1, s = 1;
-    normalise(c, s);
-    double low_c = 1, low_s = 0, high_c = 0, high_s = 1;
-    for (int step = 0; step < kStepsMax; ++step) {
-      const double f = rx * s - by * c - K * s * c;
-      const double rise = rx * c + by * s - K * (c * c - s * s);
-      if (f > 0) {
-        high_c = c, high_s = s;
-      } else {
-        low_c = c, low_s = s;
-      }
-      const double turn = rise > 0 ? -f / rise : 2;
-      double next_c = c - turn * s, next_s = s + turn * c;
-      // Of tangents: beyond the bracket it is halved.
-      const bool is_between = std::abs(turn) < 1 && next_s * low_c >= next_c * low_s &&
-                              next_s * high_c <= next_c * high_s;
-      if (!is_between) next_c = low_c + high_c, next_s = low_s + high_s;
-      c = next_c, s = next_s;
-      normalise(c, s);
-      if (is_between && std::abs(turn) < kStill) break;
-    }
-  } else {
-    if (!(rx < K)) return false;
-    c = rx / K;
-    if (c > 0) {
-      s = std::sqrt(1 - c * c);
-      for (int step = 0; step < kStepsMax; ++step) {
-        const double g = rx / c - by / s - K;
-        const double rise = rx * s / (c * c) + by * c / (s * s);
-        if (!(rise > 0)) return false;
-        const double turn = -g / rise;
-        if (!(turn > -1)) return false;
-        const double next_c = c - turn * s;
-        s += turn * c;
-        c = next_c;
-        if (!(s > 0)) return false;
-        normalise(c, s);
-        if (std::abs(turn) < kStill) break;
-      }
-    } else {
-      if (!(-by < K)) return false;
-      s = 1;
-    }
+    if (!(at.c * at.c + at.s * at.s > 0)) at = {K > 0 ? 0.0 : 1.0, 1};
+    at.normalise();
+    at = nearest_inside(rx, by, K, at);
+  } else if (!nearest_beyond(rx, by, K, at)) {
+    return false;
   }
-  n = {b * c, r * s};
+  n = {b * at.c, r * at.s};
   const double length = n.norm();
   if (!(length > 0)) return false;
   n /= length;

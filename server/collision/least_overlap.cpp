@@ -23,7 +23,7 @@
 // no more than a few corners, as the polytope only compares minima; and where faces kiss it begins
 // at a tetrahedron of its own.
 //
-// Cost at -O3: polytopes apart 0.5 us, overlapping 0.6 .. 1 us, deep 2 us; curved shapes 0.7 us,
+// Cost at -O3: polytopes apart 0.5 us, overlapping 0.6 .. 1 us, deep 1 us; curved shapes 0.7 us,
 // and as much again to look for other minima; deep 2 .. 4 us.
 #include <array>
 #include <cmath>

@@ -13,7 +13,7 @@ TEST_CASE("a struck pyramid collapses, as with friction at each point it must") 
   // it at about 10 m/s. With friction at each point of a manifold nearly all collapse, to about
   // 2600 of 14 075 J. Where one limit cut the friction of a manifold's points together, none did:
   // 13 400 J stayed, and the pyramid with a hole.
-  constexpr int kBase = 20, kRuns = 9;
+  constexpr int kBase = 20, kRuns = 15;
   int collapsed = 0;
   for (int run = 0; run < kRuns; ++run) {
     std::mt19937_64 random(static_cast<std::uint64_t>(run) + 1);
@@ -46,7 +46,8 @@ TEST_CASE("a struck pyramid collapses, as with friction at each point it must") 
     steps(world, 600);
     collapsed += energy() < 10000;
   }
-  CHECK(collapsed >= kRuns - 2);  // 8, and 28 of 30 others, when this was written
+  // 87 of 90 others did: more than half tell the two laws apart, whatever the seeds.
+  CHECK(collapsed > kRuns / 2);
 }
 
 }  // namespace cradle

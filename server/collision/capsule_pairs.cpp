@@ -7,9 +7,11 @@
 // beside the other, each with the true distance there; so a capsule lies on another with two. The
 // feature is 0 for the closest point, 1 and 2 for the ends of A, 3 and 4 for those of B.
 //
-// Exact at any distance. Cost at -O2: with a sphere 13 ns, with a capsule 18 ns.
+// Exact at any distance. Cost at -O3: with a sphere 13 ns, with a capsule 21 ns, along it 38 ns.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "server/collision/pair_functions.h"
 #include "server/collision/tolerances.h"
@@ -41,27 +43,6 @@ ContactPoint point_between(const Vector& p_A, double radius_A, const Vector& n, 
   return {p_A + n * (radius_A + 0.5 * s), s, feature};
 }
 
-/// Adds the points where an end of `one` lies beside the other axis.
-void add_ends(const Axis& one, const Axis& other, bool one_is_A, const Vector& n, double margin,
-              Manifold& manifold) {
-  for (const double end : {-one.half_length, one.half_length}) {
-    const Vector p = one.at(end);
-    const double t = other.along.dot(p - other.centre);
-    if (std::abs(t) > other.half_length) continue;
-    const Vector q = other.at(t);
-    const Vector& p_A = one_is_A ? p : q;
-    const Vector& p_B = one_is_A ? q : p;
-    // Beside n the surfaces fall away: the distance of the balls is what is left.
-    const double s = (p_B - p_A).norm() - one.radius - other.radius;
-    if (!(s <= margin) || manifold.count == 2) continue;
-    const std::uint32_t feature = (one_is_A ? 1u : 3u) + (end > 0 ? 1u : 0u);
-    const Vector middle = p_A + 0.5 * (p_B - p_A);
-    const Vector p_W =
-        middle + n * (0.5 * ((one_is_A ? one : other).radius - (one_is_A ? other : one).radius));
-    manifold.points[static_cast<std::size_t>(manifold.count++)] = {p_W, s, feature};
-  }
-}
-
 }  // namespace
 
 Manifold sphere_capsule(const Collider& sphere, const Collider& capsule, double margin) {
@@ -83,68 +64,116 @@ Manifold sphere_capsule(const Collider& sphere, const Collider& capsule, double 
 
 namespace {
 
-/// Where on the two axes the closest points are.
+/// Where on the two axes two points are, and the way from A's to B's.
 struct Places {
-  double s = 0, t = 0;
+  double s, t;
+  Vector between;
+  double square;  ///< of its length
 };
 
-Places closest_places(const Axis& A, const Axis& B, double sine2) {
-  const Vector d = B.centre - A.centre;
-  const double c = A.along.dot(B.along), a_d = A.along.dot(d), b_d = B.along.dot(d);
-  const auto on_A = [&](double t) {
-    return std::clamp(a_d + c * t, -A.half_length, A.half_length);
-  };
-  const auto on_B = [&](double s) {
-    return std::clamp(c * s - b_d, -B.half_length, B.half_length);
-  };
-  const auto distance2 = [&](const Places& p) { return (B.at(p.t) - A.at(p.s)).squaredNorm(); };
-  Places best;
-  best.s = sine2 > 0 ? std::clamp((a_d - c * b_d) / sine2, -A.half_length, A.half_length) : 0;
-  best.t = on_B(best.s);
-  best.s = on_A(best.t);
-  if (sine2 > kTolerances.parallel_sine2) return best;
-  // The more parallel, the less the quotient says; then the ends are as near.
-  for (const Places& end :
-       {Places{-A.half_length, on_B(-A.half_length)}, Places{A.half_length, on_B(A.half_length)},
-        Places{on_A(-B.half_length), -B.half_length}, Places{on_A(B.half_length), B.half_length}}) {
-    if (distance2(end) < distance2(best)) best = end;
+/// Two capsules: what their axes are to each other.
+struct Axes {
+  const Axis &A, &B;
+  Vector d;            // between the centres
+  double c, a_d, b_d;  // along.along, along_A.d, along_B.d
+
+  Axes(const Axis& one, const Axis& other)
+      : A(one),
+        B(other),
+        d(other.centre - one.centre),
+        c(one.along.dot(other.along)),
+        a_d(one.along.dot(d)),
+        b_d(other.along.dot(d)) {}
+
+  /// The places on the lines that are nearest to a place on the other one.
+  double foot_on_A(double t) const { return a_d + c * t; }
+  double foot_on_B(double s) const { return c * s - b_d; }
+  double on_A(double s) const { return std::clamp(s, -A.half_length, A.half_length); }
+  double on_B(double t) const { return std::clamp(t, -B.half_length, B.half_length); }
+  Places at(double s, double t) const {
+    const Vector between = d + B.along * t - A.along * s;
+    return {s, t, between, between.squaredNorm()};
   }
-  return best;
+};
+
+/// The closest places, as far as the quotient tells.
+Places closest_by_quotient(const Axes& axes, double sine2) {
+  const double s = sine2 > 0 ? axes.on_A((axes.a_d - axes.c * axes.b_d) / sine2) : 0;
+  const double t = axes.on_B(axes.foot_on_B(s));
+  return axes.at(axes.on_A(axes.foot_on_A(t)), t);
+}
+
+/// An end of one of the axes, and the nearest place of the other.
+struct End {
+  Places places;
+  bool is_beside;  // it lies beside the other axis
+};
+
+std::array<End, 4> ends_of(const Axes& axes) {
+  const auto of_A = [&](double s) {
+    const double foot = axes.foot_on_B(s);
+    return End{axes.at(s, axes.on_B(foot)), std::abs(foot) <= axes.B.half_length};
+  };
+  const auto of_B = [&](double t) {
+    const double foot = axes.foot_on_A(t);
+    return End{axes.at(axes.on_A(foot), t), std::abs(foot) <= axes.A.half_length};
+  };
+  return {of_A(-axes.A.half_length), of_A(axes.A.half_length), of_B(-axes.B.half_length),
+          of_B(axes.B.half_length)};
+}
+
+/// Up to two points where ends lie beside the other axis; true if both are as deep as the capsules
+/// are: `separation`.
+bool add_ends(const Axes& axes, std::span<const End> ends, double separation, double margin,
+              Manifold& manifold) {
+  const Vector& n = manifold.normal_W;
+  const double radii = axes.A.radius + axes.B.radius;
+  int as_deep = 0;
+  for (std::size_t k = 0; k < ends.size() && manifold.count < 2; ++k) {
+    const Places& places = ends[k].places;
+    if (!ends[k].is_beside) continue;
+    // Beside n the surfaces fall away: the distance of the balls is what is left.
+    double s = std::sqrt(places.square) - radii;
+    if (!(s <= margin)) continue;
+    if (s <= separation + kTolerances.tie_m) s = separation, ++as_deep;
+    const Vector middle = axes.A.at(places.s) + 0.5 * places.between;
+    manifold.points[static_cast<std::size_t>(manifold.count++)] = {
+        middle + n * (0.5 * (axes.A.radius - axes.B.radius)), s, static_cast<std::uint32_t>(k + 1)};
+  }
+  return as_deep == 2;
 }
 
 }  // namespace
 
 Manifold capsule_capsule(const Collider& capsule_A, const Collider& capsule_B, double margin) {
   const Axis A(capsule_A), B(capsule_B);
+  const Axes axes(A, B);
   const Vector turn = A.along.cross(B.along);
   const double sine2 = turn.squaredNorm();
-  const auto [s, t] = closest_places(A, B, sine2);
-  const Vector between = B.at(t) - A.at(s);
-  const double distance = between.norm();
+  Places closest = closest_by_quotient(axes, sine2);
+  const bool are_parallel = sine2 <= kTolerances.parallel_sine2;
+  std::array<End, 4> ends;  // if so
+  if (are_parallel) {       // the more so, the less the quotient says; then the ends are as near
+    ends = ends_of(axes);
+    for (const End& end : ends) {
+      if (end.places.square < closest.square) closest = end.places;
+    }
+  }
+  const double distance = std::sqrt(closest.square);
   const double separation = distance - A.radius - B.radius;
   Manifold manifold;
   if (!(separation <= margin)) return manifold;
   const bool coincident = distance < kTolerances.coincident_m;
   if (!coincident) {
-    manifold.normal_W = between * (1 / distance);
+    manifold.normal_W = closest.between * (1 / distance);
   } else {
     manifold.normal_W = sine2 > 0 ? Vector(turn / std::sqrt(sine2)) : across(A.along);
   }
-  const Vector& n = manifold.normal_W;
-  if (sine2 < kTolerances.parallel_sine2 && !coincident) {
-    add_ends(A, B, true, n, margin, manifold);
-    add_ends(B, A, false, n, margin, manifold);
-    int as_deep = 0;
-    for (ContactPoint& p : manifold.points) {
-      if (&p - manifold.points.data() >= manifold.count) break;
-      if (p.separation > separation + kTolerances.tie_m) continue;
-      p.separation = separation;
-      ++as_deep;
-    }
-    if (as_deep == 2) return manifold;
+  if (are_parallel && !coincident && add_ends(axes, ends, separation, margin, manifold)) {
+    return manifold;
   }
   manifold.points[static_cast<std::size_t>(manifold.count++)] =
-      point_between(A.at(s), A.radius, n, separation, 0);
+      point_between(A.at(closest.s), A.radius, manifold.normal_W, separation, 0);
   return manifold;
 }
 

@@ -13,7 +13,8 @@
 /// Work is that of a sub-step's impulses on the mean of the velocities before and after it: the sum
 /// over all impulses is what changes kinetic energy, exactly, so what is left over is what
 /// sub-steps do wrong: pushing overlaps out, positions that go with the last velocity after an
-/// impact, gyroscopic terms.
+/// impact, gyroscopic terms. Normal impulses take energy all together, of a batch of islands in a
+/// sub-step; where they give, that is left over, too.
 #pragma once
 
 #include "server/collision/geometry.h"

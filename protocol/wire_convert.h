@@ -1,4 +1,5 @@
-/// Values <-> generated types, field by field. Only codec.cpp and wire_convert.cpp include this.
+/// Values <-> generated types, field by field. Only codec.cpp, wire_convert.cpp and wire_status.cpp
+/// include this.
 ///
 /// `from_wire` is false where a field has no meaning: an unknown enumerator or flag, an integer
 /// beyond 2^53 - 1 or below its range, a name without its zero padding.

@@ -24,7 +24,7 @@ struct BoxPairBlock {
   /// this one the other way round.
   Row s_A, axis_A, next_A, s_B, axis_B, next_B;
   /// Of the edges that cross: the best s, 3 i + j, and the largest s of edges that are just too
-  /// parallel to count. Not set where a face of all eight parts them by more than their margin;
+  /// parallel to count. Not set where faces part all pairs of a vector by more than their margin;
   /// minus infinity if there are none.
   Row s_edge, edge, next_edge;
 };

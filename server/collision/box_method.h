@@ -250,7 +250,8 @@ CRADLE_LANES void set_reference_corners(const BoxFaceBlock& b, int lane, const V
     const V inside =
         smaller<V>((1 - size_of<V>(along_e)) * length_e, (1 - size_of<V>(along_f)) * length_f);
     V is_there = inside > -slack ? fill<V>(1) : V{};
-    // The others are on the sides of the incident face: this far inside, none is near.
+    // The others are on the sides of the incident face, whose corners are at least 60 degrees in
+    // the plane: this far inside, none is near.
     if (any<V>(size_of<V>(inside) < 2 * slack)) {
       for (int other = 0; other < 8 + k; ++other) {
         const V far = larger<V>(size_of<V>(points.x[other] - x), size_of<V>(points.y[other] - y));
@@ -261,58 +262,77 @@ CRADLE_LANES void set_reference_corners(const BoxFaceBlock& b, int lane, const V
   }
 }
 
+/// A candidate; `is_enough`: 1 or 0.
 template <class V>
 struct Chosen {
-  V score, x, y, number;
+  V x, y, number, is_enough;
 };
 
-/// The candidate of the first or of the second half that scores higher; the later one only if it
-/// does by more than `tie`.
+/// The first of two that scores enough.
 template <class V>
-CRADLE_LANES Chosen<V> better(const Chosen<V>& one, const Chosen<V>& later, const V& tie) {
-  const auto is_later = later.score > one.score + tie;
-  return {is_later ? later.score : one.score, is_later ? later.x : one.x,
-          is_later ? later.y : one.y, is_later ? later.number : one.number};
+CRADLE_LANES Chosen<V> first_of(const Chosen<V>& one, const Chosen<V>& later) {
+  const auto is_one = one.is_enough > V{};
+  return {is_one ? one.x : later.x, is_one ? one.y : later.y, is_one ? one.number : later.number,
+          larger<V>(one.is_enough, later.is_enough)};
 }
 
-/// The candidate that scores highest; number -1 if none scores more than `least`.
-template <class V, class Score>
-CRADLE_LANES Chosen<V> choose(const FacePoints<V>& points, const V& least, const V& tie,
-                              Score score) {
-  Chosen<V> all[kBoxCandidates];
+/// The candidate that scores highest: the first of those that score no less than that but for
+/// `tie(highest)`. Number -1 if the highest is not above `least`.
+template <class V, class Score, class Tie>
+CRADLE_LANES Chosen<V> choose(const FacePoints<V>& points, const V& least, Score score, Tie tie) {
+  V scores[kBoxCandidates], highest = -endless<V>();
   for (int c = 0; c < kBoxCandidates; ++c) {
     const V now = score(c);
-    all[c] = {points.used[c] > V{} ? now : -endless<V>(), points.x[c], points.y[c], fill<V>(c)};
+    scores[c] = points.used[c] > V{} ? now : -endless<V>();
+    highest = larger<V>(scores[c], highest);
   }
-  for (int c = 0; c < kBoxCandidates; c += 2) all[c] = better<V>(all[c], all[c + 1], tie);
-  for (int c = 0; c < kBoxCandidates; c += 4) all[c] = better<V>(all[c], all[c + 2], tie);
-  const Chosen<V> best = better<V>(better<V>(all[0], all[4], tie), all[8], tie);
-  return {best.score, best.x, best.y, best.score > least ? best.number : fill<V>(-1)};
+  const V enough = highest - tie(highest);
+  Chosen<V> all[kBoxCandidates];
+  for (int c = 0; c < kBoxCandidates; ++c) {
+    const V one = fill<V>(1), none{};
+    all[c] = {points.x[c], points.y[c], fill<V>(c), scores[c] < enough ? none : one};
+  }
+  for (int c = 0; c < kBoxCandidates; c += 2) all[c] = first_of<V>(all[c], all[c + 1]);
+  for (int c = 0; c < kBoxCandidates; c += 4) all[c] = first_of<V>(all[c], all[c + 2]);
+  Chosen<V> best = first_of<V>(first_of<V>(all[0], all[4]), all[8]);
+  best.number = highest > least ? best.number : fill<V>(-1);
+  return best;
 }
 
 /// The deepest, the farthest from it, and those two that then add most area, on both sides if there
-/// are points on both: as four_points.h.
+/// are points on both: as four_points.h, but that what adds nothing is left out.
 template <class V>
-CRADLE_LANES void choose_four(const FacePoints<V>& points, const V& size, BoxFaceBlock& b,
-                              int lane) {
-  const V tie = fill<V>(kTolerances.tie_m), tie2 = size * tie;
-  const auto p =
-      choose<V>(points, -endless<V>(), tie, [&](int c) CRADLE_LAMBDA { return -points.z[c]; });
-  const auto q = choose<V>(points, tie2, tie2, [&](int c) CRADLE_LAMBDA {
-    const V dx = points.x[c] - p.x, dy = points.y[c] - p.y;
-    return dx * dx + dy * dy;
-  });
+CRADLE_LANES void choose_four(const FacePoints<V>& points, BoxFaceBlock& b, int lane) {
+  constexpr double kTie = kTolerances.tie_m;
+  const auto p = choose<V>(
+      points, -endless<V>(), [&](int c) CRADLE_LAMBDA { return -points.z[c]; },
+      [](const V&) CRADLE_LAMBDA { return fill<V>(kTie); });
+  const auto q = choose<V>(
+      points, fill<V>(kTie * kTie),
+      [&](int c) CRADLE_LAMBDA {
+        const V dx = points.x[c] - p.x, dy = points.y[c] - p.y;
+        return dx * dx + dy * dy;
+      },
+      [](const V& highest) CRADLE_LAMBDA { return 2 * kTie * root<V>(highest); });
   const V q_x = q.x - p.x, q_y = q.y - p.y;
-  const auto r = choose<V>(points, tie2, tie2, [&](int c) CRADLE_LAMBDA {
-    return size_of<V>(q_x * (points.y[c] - p.y) - q_y * (points.x[c] - p.x));
-  });
+  const V tie = kTie * root<V>(q_x * q_x + q_y * q_y);
+  const auto by_area = [&](const V&) CRADLE_LAMBDA { return tie; };
+  const auto r = choose<V>(
+      points, tie,
+      [&](int c) CRADLE_LAMBDA {
+        return size_of<V>(q_x * (points.y[c] - p.y) - q_y * (points.x[c] - p.x));
+      },
+      by_area);
   const V r_x = r.x - p.x, r_y = r.y - p.y;
   const V area = q_x * r_y - q_y * r_x, turn = area < V{} ? fill<V>(-1) : fill<V>(1);
-  const auto s = choose<V>(points, tie2, tie2, [&](int c) CRADLE_LAMBDA {
-    const V s_x = points.x[c] - p.x, s_y = points.y[c] - p.y;
-    const V of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
-    return -smaller<V>(smaller<V>(of_q, of_r), turn * area - of_q - of_r);
-  });
+  const auto s = choose<V>(
+      points, tie,
+      [&](int c) CRADLE_LAMBDA {
+        const V s_x = points.x[c] - p.x, s_y = points.y[c] - p.y;
+        const V of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
+        return -smaller<V>(smaller<V>(of_q, of_r), turn * area - of_q - of_r);
+      },
+      by_area);
   store(b.chosen[0] + lane, p.number);
   store(b.chosen[1] + lane, q.number);
   store(b.chosen[2] + lane, r.number);
@@ -347,7 +367,7 @@ CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
   constexpr double kLevel =
       5e-5;  // raises no point by more than it may be off, however far it slides
   store(b.steepness + lane, slope2 < fill<V>(kLevel * kLevel) ? V{} : root<V>(steep2));
-  if (any<V>(count > fill<V>(4))) choose_four<V>(points, half_x + half_y, b, lane);
+  if (any<V>(count > fill<V>(4))) choose_four<V>(points, b, lane);
 }
 
 template <class V>

@@ -25,6 +25,13 @@ Vector across(const Vector& a) {
   return helper.cross(a).normalized();
 }
 
+/// Likewise, to two: even if they differ by their last digits alone, which their product does not
+/// know. To the first alone if they are the same.
+Vector across(const Vector& a, const Vector& b) {
+  const Vector turn = a.cross(a.dot(b) > 0 ? Vector(b - a) : Vector(b + a));
+  return turn.isZero(0) ? across(a) : Vector(turn.normalized());
+}
+
 struct Axis {
   Vector centre, along;  // in W
   double half_length, radius;
@@ -122,7 +129,7 @@ std::array<End, 4> ends_of(const Axes& axes) {
           of_B(axes.B.half_length)};
 }
 
-/// Up to two points where ends lie beside the other axis; true if both are as deep as the capsules
+/// Up to two points where ends lie beside the other axis; true if one is as deep as the capsules
 /// are: `separation`.
 bool add_ends(const Axes& axes, std::span<const End> ends, double separation, double margin,
               Manifold& manifold) {
@@ -140,7 +147,7 @@ bool add_ends(const Axes& axes, std::span<const End> ends, double separation, do
     manifold.points[static_cast<std::size_t>(manifold.count++)] = {
         middle + n * (0.5 * (axes.A.radius - axes.B.radius)), s, static_cast<std::uint32_t>(k + 1)};
   }
-  return as_deep == 2;
+  return as_deep > 0;
 }
 
 }  // namespace
@@ -167,7 +174,7 @@ Manifold capsule_capsule(const Collider& capsule_A, const Collider& capsule_B, d
   if (!coincident) {
     manifold.normal_W = closest.between * (1 / distance);
   } else {
-    manifold.normal_W = sine2 > 0 ? Vector(turn / std::sqrt(sine2)) : across(A.along);
+    manifold.normal_W = across(A.along, B.along);
   }
   if (are_parallel && !coincident && add_ends(axes, ends, separation, margin, manifold)) {
     return manifold;

@@ -446,3 +446,28 @@ TEST_CASE("boxes have the same manifolds at every width, alone and in company") 
     CHECK(std::ranges::equal(in_order.made, alone, are_the_same));
   }
 }
+
+TEST_CASE("a small box on a large one, over its edge, keeps its points") {
+  // A floor whose side is at x = 0, and a cube of 1 mm turned by 0.7 rad, half over the edge: five
+  // corners of the overlap, of which four are kept, as far apart as the cube is wide.
+  for (const double half : {1.0, 1000.0, 1e5}) {
+    for (const double small : {5e-4, 5e-3}) {
+      CAPTURE(half, small);
+      const Shape floor = Shape::box({half, half, half}), cube = Shape::box({small, small, small});
+      const Pose X_floor = at(-half, 0, -half);
+      const Pose X_cube = at(-0.3 * small, 0, small - 1e-6, turn(0.7, Vector::UnitZ()));
+      for (const bool is_floor_first : {true, false}) {
+        const Manifold manifold = is_floor_first ? collide(floor, X_floor, cube, X_cube, 1e-3)
+                                                 : collide(cube, X_cube, floor, X_floor, 1e-3);
+        REQUIRE(manifold.count == 4);
+        double apart = small;
+        for (const ContactPoint& p : points(manifold)) {
+          for (const ContactPoint& q : points(manifold)) {
+            if (&p != &q) apart = std::min(apart, (p.p_W - q.p_W).norm());
+          }
+        }
+        CHECK(apart > 0.2 * small);
+      }
+    }
+  }
+}

@@ -301,3 +301,34 @@ TEST_CASE("shapes without their geometry touch nothing") {
     CHECK(can_collide(kind));
   }
 }
+
+TEST_CASE(
+    "capsules that lie along each other but for 1e-4 rad have two points, none of them double") {
+  const Shape capsule = Shape::capsule(0.1, 0.5);
+  for (const double tilt : {0.0, 1e-10, 1e-8, 1e-6, 1e-4}) {
+    CAPTURE(tilt);
+    const Pose X_WA, X_WB{Vector(0.2 - 1e-4, 0, 0.1),
+                          Eigen::AngleAxisd(tilt, Vector::UnitY()).toRotationMatrix()};
+    const Manifold manifold = collide(capsule, X_WA, capsule, X_WB, 0.02);
+    REQUIRE(manifold.count == 2);
+    CHECK((manifold.points[0].p_W - manifold.points[1].p_W).norm() > 0.5);
+  }
+}
+
+TEST_CASE("capsules on one axis, but for its last digits, part across it") {
+  const Shape capsule = Shape::capsule(0.1, 2);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int trial = 0; trial < 200; ++trial) {
+    Rotation q(uniform(random), uniform(random), uniform(random), uniform(random));
+    q.normalize();
+    Rotation other = q;
+    other.x() = std::nextafter(q.x(), 2.0);
+    const Pose X_WA{Vector::Zero(), q.toRotationMatrix()},
+        X_WB{Vector::Zero(), other.toRotationMatrix()};
+    const Manifold manifold = collide(capsule, X_WA, capsule, X_WB, 0.02);
+    REQUIRE(manifold.count > 0);
+    CHECK(std::abs(manifold.normal_W.dot(X_WA.R.col(2))) < 1e-12);
+    CHECK(std::abs(manifold.normal_W.dot(X_WB.R.col(2))) < 1e-12);
+  }
+}

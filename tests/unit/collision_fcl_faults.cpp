@@ -285,6 +285,8 @@ TEST_CASE("FCL puts the point of a sphere on a capsule outside of one of them") 
   int out = 0;
   double far = 0;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
+    REQUIRE(theirs[k].end == FclAnswer::End::answered);
+    REQUIRE(theirs[k].points > 0);
     const double beside = std::max(outside(pairs[k].A, pairs[k].X_WA, theirs[k].p_W),
                                    outside(pairs[k].B, pairs[k].X_WB, theirs[k].p_W));
     out += beside > 0;
@@ -309,6 +311,7 @@ TEST_CASE("FCL gives other depths when the bodies are exchanged") {
     const std::vector<FclAnswer> other = ask_fcl(exchanged, FclQuestion::contacts);
     double most = 0;
     for (std::size_t k = 0; k < one.size(); ++k) {
+      if (one[k].points == 0 || other[k].points == 0) continue;  // unanswered ones, too
       most = std::max(most, std::abs(one[k].separation - other[k].separation));
     }
     CAPTURE(word_of(A.shape.kind));

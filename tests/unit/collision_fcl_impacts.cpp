@@ -64,7 +64,7 @@ Found compare(const Solid& wall, const Solid& body, int count, FclSearch search,
     REQUIRE((exact - ours.time) * kTravel.norm() < lengths.gap + lengths.tolerance + 1e-9);
     REQUIRE(ours.normal_W.dot(Vector::UnitZ()) == Approx(1).margin(1e-6));
     if (theirs[k].end != FclEnd::End::answered) {
-      ++found.died;
+      found.died += theirs[k].end == FclEnd::End::died;
     } else if (!theirs[k].is_hit) {
       ++found.missed;
     } else {

@@ -33,14 +33,18 @@ std::pair<double, Vector> largest(std::span<const Vector> points, F&& f) {
 }
 
 /// Points at one place, on a line or in a plane have no solid hull; so thin a solid as the smallest
-/// box must be counts as none.
+/// box must be counts as none, and a needle whose moments rounding would swallow.
 std::string flatness(std::span<const Vector> points) {
-  const double least = limits::kSizeMin_m;
   static_assert(limits::kSizeMin_m == 1e-4, "the text below says so");
-  constexpr const char* kWanted = "; a hull must be wider than 1e-4 m in every direction";
+  constexpr const char* kWanted =
+      "; a hull must be wider than 1e-4 m in every direction, and than 1e-7 of its length";
+  constexpr double kThinnest = 1e-7;
   const Vector a = points[0];
   const auto [length, b] = largest(points, [&](const Vector& p) { return (p - a).norm(); });
-  if (!(length > least)) return std::string("the points are all at one place") + kWanted;
+  if (!(length > limits::kSizeMin_m)) {
+    return std::string("the points are all at one place") + kWanted;
+  }
+  const double least = std::max(limits::kSizeMin_m, kThinnest * length);
   const Vector along = (b - a).normalized();
   const auto [width, c] =
       largest(points, [&](const Vector& p) { return along.cross(p - a).norm(); });

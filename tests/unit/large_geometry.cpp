@@ -30,7 +30,8 @@ std::vector<Vector> plane_of_points(double thickness) {
 }  // namespace
 
 TEST_CASE("a million points in a plane have no hull, level or turned") {
-  const std::string wanted = "; a hull must be wider than 1e-4 m in every direction";
+  const std::string wanted =
+      "; a hull must be wider than 1e-4 m in every direction, and than 1e-7 of its length";
   std::vector<Vector> points = plane_of_points(0);
   CHECK(make_hull(points).fault == "the points are all in one plane" + wanted);
   const Matrix turn = Random(92).rotation();
@@ -38,6 +39,22 @@ TEST_CASE("a million points in a plane have no hull, level or turned") {
   CHECK(make_hull(points).fault == "the points are all in one plane" + wanted);
   for (Vector& p : points) p = Vector(p.x(), 2 * p.x(), 3 * p.x());
   CHECK(make_hull(points).fault == "the points are all on one line" + wanted);
+}
+
+TEST_CASE("a needle whose moments rounding would swallow is no hull") {
+  // 1 mm wide: of 10 km its least moment is 1e-14 of the largest; of 1 km it is still told.
+  for (const double length : {1e3, 2e4}) {
+    std::vector<Vector> points;
+    for (int k = 0; k < 8; ++k) {
+      points.emplace_back(k & 1 ? length : 0, k & 2 ? 1e-3 : 0, k & 4 ? 1e-3 : 0);
+    }
+    const MadeGeometry made = make_hull(points);
+    CAPTURE(length);
+    REQUIRE((made.geometry != nullptr) == (length < 1e4));
+    if (!made.geometry) continue;
+    const Vector gyration2 = mass_distribution(*made.geometry, 1).G.diagonal();
+    CHECK(gyration2.x() == Approx(2 * 1e-6 / 12).epsilon(1e-3));
+  }
 }
 
 TEST_CASE("a million points on the sides of a box are the box") {

@@ -215,8 +215,7 @@ TEST_CASE("shapes that are none are refused with line, reason and body") {
       {body + "'hull'\npoints_m = [[0, 0, 0]]", "x.toml:4: points_m: a hull needs four points"},
       {body + "'hull'\npoints_m = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [3, 2, 0]]",
        "x.toml:4: points_m: the points are all in one plane; a hull must be wider than 1e-4 m in "
-       "every "
-       "direction (body \"b\")"},
+       "every direction, and than 1e-7 of its length (body \"b\")"},
       {body + "'mesh'\n" + turned,
        "x.toml:5: triangles: the mesh is inside out: its triangles run clockwise as seen from "
        "outside; turn all its triangles round: swap two corners of each (body \"b\")"},

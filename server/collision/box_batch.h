@@ -1,4 +1,4 @@
-/// Pairs of boxes, many at a time. Private to this folder but for the world's narrow phase.
+/// Pairs of boxes, many at a time. Private to this folder: others go by narrow_phase.h.
 #pragma once
 
 #include <array>

@@ -1,6 +1,7 @@
 /// Turns a pair of shapes into a manifold, by closed forms, chosen from a table by the two kinds.
 #pragma once
 
+#include "server/collision/box_batch.h"
 #include "server/collision/collider.h"
 #include "server/collision/manifold.h"
 
@@ -19,5 +20,27 @@ inline Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& sha
                         const Pose& X_WB, double margin) {
   return collide({shape_A, X_WA}, {shape_B, X_WB}, margin);
 }
+
+/// Manifolds of many pairs: of boxes many at a time, of others as they come; the same as one by
+/// one.
+class Collisions {
+ public:
+  /// `lanes`: one of machine_lanes(), or 0: the most.
+  explicit Collisions(MadeManifolds& made, int lanes = 0) : made_(made), boxes_(made, lanes) {}
+
+  /// Shapes and poses must last until `finish`.
+  void add(std::size_t key, const Collider& A, const Collider& B, double margin) {
+    if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
+      boxes_.add(key, A, B, margin);
+    } else {
+      made_.take(key, collide(A, B, margin));
+    }
+  }
+  void finish() { boxes_.finish(); }
+
+ private:
+  MadeManifolds& made_;
+  BoxBatch boxes_;
+};
 
 }  // namespace cradle

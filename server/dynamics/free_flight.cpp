@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 
 #include "server/collision/machine_lanes.h"
@@ -18,13 +17,12 @@ namespace {
 constexpr double kStepsMax = 25'000;
 
 const FlightKernels& kernels_of(int lanes) {
-  if (lanes == 0) lanes = machine_lanes().back();
-  assert(lanes <= machine_lanes().back() && "lanes are one of flight_lanes()");
 #ifdef CRADLE_WIDE_X86
-  if (lanes == 8) return kFlightKernels8;
-  if (lanes == 4) return kFlightKernels4;
+  return kernels_of_width<FlightKernels>(
+      lanes, {&kFlightKernels1, &kFlightKernels2, &kFlightKernels4, &kFlightKernels8});
+#else
+  return kernels_of_width<FlightKernels>(lanes, {&kFlightKernels1, &kFlightKernels2});
 #endif
-  return lanes == 2 ? kFlightKernels2 : kFlightKernels1;
 }
 
 double steps_for(double angle_rad) {
@@ -220,7 +218,5 @@ int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torqu
   kernel_of(kFlightKernels1, need.turn)(pointers_to(tick, alone), {&slot, &need.steps, 1, false});
   return static_cast<int>(need.steps);
 }
-
-std::vector<int> flight_lanes() { return machine_lanes(); }
 
 }  // namespace cradle

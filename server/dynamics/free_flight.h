@@ -47,7 +47,7 @@ struct FlightArrays {
 struct FlightTick {
   double dt = 0;  ///< s
   Vector gravity_W = Vector::Zero();
-  int lanes = 0;           ///< bodies side by side: one of flight_lanes(), or 0 for the most
+  int lanes = 0;           ///< bodies side by side: one of machine_lanes(), or 0 for the most
   double full_steps = 0;   ///< above 0, the full model: see flight_need
   bool is_planar = false;  ///< bodies lie in z = 0, move in it and turn about z; loads likewise
 };
@@ -95,8 +95,5 @@ void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int 
 /// Returns the number of steps that the rotation takes, 0 if it takes none.
 int fly(Flight& body, double dt, const Vector& acceleration, const Vector& torque_W,
         const Vector& torque_P, const Vector& inertia);
-
-/// The widths that this machine has, ascending; the first is 1.
-std::vector<int> flight_lanes();
 
 }  // namespace cradle

@@ -21,7 +21,7 @@ struct WorldSettings {
   /// Ticks from one balance of energy and momentum to the next (StepBalance), 0: never.
   int balance_every = 8;
   bool balance_flight = false;  ///< bodies that only fly are part of it, too
-  int lanes = 0;  ///< bodies that fly side by side: one of flight_lanes(), 0: the most
+  int lanes = 0;  ///< bodies that fly side by side: one of machine_lanes(), 0: the most
   std::string solver = "soft";   ///< a name of solver_names()
   std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()
   /// The full model: each free body goes through every term of its equations, at four times the

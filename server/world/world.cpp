@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "server/collision/bounds.h"
-#include "server/collision/box_batch.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/surface.h"
@@ -140,7 +139,7 @@ void World::Steps::find_pairs(State& s) {
 /// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.
 class Narrow final : public MadeManifolds {
  public:
-  explicit Narrow(World::State& s) : s_(s), boxes_(*this, s.settings.lanes) {}
+  explicit Narrow(World::State& s) : s_(s), fresh_(*this, s.settings.lanes) {}
 
   void find(std::size_t k) {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
@@ -152,13 +151,9 @@ class Narrow final : public MadeManifolds {
     }
     const double path = s_.paths[a] + s_.paths[b];
     if (s_.memory.recall(k, A.X_WB, B.X_WB, path, margin, s_.manifolds[k])) return;
-    if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
-      boxes_.add(k, A, B, margin);
-    } else {
-      take(k, cradle::collide(A, B, margin));
-    }
+    fresh_.add(k, A, B, margin);
   }
-  void finish() { boxes_.finish(); }
+  void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
     s_.manifolds[k] = made;
@@ -167,7 +162,7 @@ class Narrow final : public MadeManifolds {
 
  private:
   World::State& s_;
-  BoxBatch boxes_;
+  Collisions fresh_;
 };
 
 /// The manifolds of all pairs, also of what may touch before the tick ends.

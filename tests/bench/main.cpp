@@ -7,6 +7,7 @@
 #include <iostream>
 #include <utility>
 
+#include "server/collision/machine_lanes.h"
 #include "server/dynamics/free_flight.h"
 #include "server/exit_code.h"
 #include "server/thread_pool.h"
@@ -199,7 +200,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "Threads that share the work of a step")
       ->check(CLI::Range(1, ThreadPool::kThreadsMax));
   app.add_option("--lanes", options.lanes, "Bodies that fly side by side; default: as many as go")
-      ->check(CLI::IsMember(flight_lanes()));
+      ->check(CLI::IsMember(machine_lanes()));
   app.add_flag("--peers", with_peers,
                "Run the scenes by Bullet and ODE, too: times and errors of all, in turns");
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/collision/box_batch.h"
+#include "server/collision/narrow_phase.h"
 #include "server/stopwatch.h"
 #include "tests/bench/fcl_oracle.h"
 #include "tests/bench/measure.h"
@@ -41,19 +41,16 @@ class Points final : public MadeManifolds {
   void find(std::span<const Pair> pairs) {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const Pair& pair = pairs[k];
-      if (pair.A.shape.kind == ShapeKind::box && pair.B.shape.kind == ShapeKind::box) {
-        boxes_.add(k, {pair.A.shape, pair.X_WA}, {pair.B.shape, pair.X_WB}, kPairMargin);
-      } else {
-        sum_ += pair.collide(kPairMargin).count;
-      }
+      many_.add(k, {pair.A.shape, pair.X_WA, pair.A.geometry.get()},
+                {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, kPairMargin);
     }
-    boxes_.finish();
+    many_.finish();
   }
   void take(std::size_t, const Manifold& made) override { sum_ += made.count; }
   int sum() const { return sum_; }
 
  private:
-  BoxBatch boxes_{*this};
+  Collisions many_{*this};
   int sum_ = 0;
 };
 

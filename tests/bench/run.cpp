@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/collision/machine_lanes.h"
 #include "server/dynamics/free_flight.h"
 #include "server/simulate.h"
 #include "server/thread_pool.h"
@@ -93,7 +94,7 @@ Row run(const Case& which, Scene scene, const Options& options) {
   row.method = scene.settings.solver;
   row.sub_steps = scene.settings.sub_steps;
   row.threads = options.threads;
-  row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
+  row.lanes = options.lanes > 0 ? options.lanes : machine_lanes().back();
   if (run.world().quarantined_count() > 0) row.error = std::numeric_limits<double>::quiet_NaN();
   row.hash = hexadecimal(run.world().hash());
   return row;

@@ -17,7 +17,7 @@ struct Options {
   std::optional<double> dt_s;
   std::optional<int> sub_steps;
   int threads = 1;
-  int lanes = 0;  ///< one of flight_lanes(), or 0 for the most
+  int lanes = 0;  ///< one of machine_lanes(), or 0 for the most
 };
 
 /// One line of the report. NaN where a number came out unusable; none where it has no meaning.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "server/collision/machine_lanes.h"
 #include "server/dynamics/free_flight.h"
 #include "tests/bench/in_child.h"
 
@@ -130,7 +131,7 @@ Fared try_run(const Case& which, const Scene& scene, const Options& options) {
   row.method = options.method.value_or(scene.settings.solver);
   row.sub_steps = options.sub_steps.value_or(scene.settings.sub_steps);
   row.threads = options.threads;
-  row.lanes = options.lanes > 0 ? options.lanes : flight_lanes().back();
+  row.lanes = options.lanes > 0 ? options.lanes : machine_lanes().back();
   return fared(std::move(row), in_child([&] { return packed(run(which, scene, options)); }));
 }
 

@@ -3,6 +3,7 @@
 #include <limits>
 #include <random>
 
+#include "server/collision/machine_lanes.h"
 #include "server/dynamics/contact/contact_blocks.h"
 #include "server/dynamics/contact/contact_kernels.h"
 #include "server/dynamics/contact/single_contacts.h"
@@ -175,7 +176,7 @@ void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
 TEST_CASE("a heap falls to the same bits at every width") {
   const auto one = heap(1, 200);
   CHECK(one != heap(1, 199));
-  for (const int lanes : flight_lanes()) {
+  for (const int lanes : machine_lanes()) {
     INFO(lanes << " lanes");
     CHECK(heap(lanes, 200) == one);
   }

@@ -5,6 +5,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/collision/machine_lanes.h"
 #include "server/dynamics/free_flight.h"
 #include "tests/physics/worlds.h"
 
@@ -95,7 +96,7 @@ TEST_CASE("P43: the same inputs give the same bits, on one and two threads and i
   const auto first = hashes(0, serial);
   CHECK(hashes(0, serial) == first);
   CHECK(hashes(0, two) == first);
-  for (const int lanes : flight_lanes()) {
+  for (const int lanes : machine_lanes()) {
     CAPTURE(lanes);
     CHECK(hashes(lanes, serial) == first);
     CHECK(hashes(lanes, two) == first);

@@ -1,6 +1,7 @@
 // The same bits at every width, whatever flies beside a body.
 #include <catch2/catch.hpp>
 
+#include "server/collision/machine_lanes.h"
 #include "tests/physics/flock.h"
 #include "tests/physics/worlds.h"
 
@@ -37,7 +38,7 @@ Flock mixed(std::size_t count) {
 }  // namespace
 
 TEST_CASE("bodies fly to the same bits at every width") {
-  const auto lanes = flight_lanes();
+  const auto lanes = machine_lanes();
   REQUIRE(lanes.front() == 1);
   REQUIRE(lanes.size() >= 2);
   const Flock start = mixed(1003);
@@ -64,7 +65,7 @@ TEST_CASE("bodies in a row fly to the same bits at every width") {
   }
   Flock one = start;
   one.fly({1.0 / 60, Vector::Zero(), 1}, 100);
-  for (const int width : flight_lanes()) {
+  for (const int width : machine_lanes()) {
     INFO(width << " lanes");
     Flock flock = start;
     flock.fly({1.0 / 60, Vector::Zero(), width}, 100);
@@ -88,7 +89,7 @@ TEST_CASE("a body flies to the same bits alone, and in any range") {
 }
 
 TEST_CASE("a body that leaves the limits stays where it was, and its neighbours fly") {
-  for (const int width : flight_lanes()) {
+  for (const int width : machine_lanes()) {
     INFO(width << " lanes");
     Flock flock;
     for (int i = 0; i < 24; ++i) {
@@ -117,7 +118,7 @@ TEST_CASE("a body that leaves the limits stays where it was, and its neighbours 
 
 TEST_CASE("a world has the same hash at every width") {
   std::vector<std::array<std::uint8_t, 8>> hashes;
-  for (const int width : flight_lanes()) {
+  for (const int width : machine_lanes()) {
     WorldSettings how = settings();
     how.lanes = width;
     World world(how);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "server/collision/machine_lanes.h"
 #include "tests/physics/planar.h"
 
 namespace cradle {
@@ -170,7 +171,7 @@ TEST_CASE("the fastest spin allowed turns by its angle in the plane") {
 
 TEST_CASE("a planar world has the same hash at every width") {
   std::vector<std::array<std::uint8_t, 8>> hashes;
-  for (const int lanes : flight_lanes()) {
+  for (const int lanes : machine_lanes()) {
     std::mt19937_64 random(45);
     WorldSettings told = flat({0, -9.81, 0});
     told.lanes = lanes;

@@ -5,7 +5,7 @@
 
 namespace cradle {
 
-/// Of so many lanes, one of flight_lanes(); or 0: the most.
+/// Of so many lanes, one of machine_lanes(); or 0: the most.
 const ContactKernels& contact_kernels_of(int lanes);
 
 }  // namespace cradle

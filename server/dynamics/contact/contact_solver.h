@@ -16,7 +16,7 @@ struct ContactTick {
   double dt = 0;           ///< s
   int sub_steps = 0;       ///< of each island; 0: as many as the tolerance asks for
   double tolerance_m = 0;  ///< above 0, unless sub_steps are
-  int lanes = 0;           ///< manifolds side by side: one of flight_lanes(), or 0 for the most
+  int lanes = 0;           ///< manifolds side by side: one of machine_lanes(), or 0 for the most
   std::span<const std::int32_t> moving;  ///< slots of the dynamic bodies to move, ascending
   std::span<const std::int32_t> driven;  ///< slots of kinematic bodies they touch, ascending
   bool is_balanced = false;              ///< the report is to have a balance

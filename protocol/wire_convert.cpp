@@ -27,6 +27,7 @@ void to_wire(const BodySpec& v, wire::body_spec_v3& w) {
   w.restitution = v.material.restitution;
   w.rolling_friction_m = v.material.rolling_friction_m;
   w.torsional_friction_m = v.material.torsional_friction_m;
+  w.contact_tolerance_m = v.contact_tolerance_m;
   w.friction_rule = static_cast<std::int32_t>(v.material.friction_rule);
   w.restitution_rule = static_cast<std::int32_t>(v.material.restitution_rule);
   put(v.p_WBo, w.p_WBo_m);
@@ -49,6 +50,7 @@ bool from_wire(const wire::body_spec_v3& w, BodySpec& v) {
   v.material.restitution = w.restitution;
   v.material.rolling_friction_m = w.rolling_friction_m;
   v.material.torsional_friction_m = w.torsional_friction_m;
+  v.contact_tolerance_m = w.contact_tolerance_m;
   v.p_WBo = vector(w.p_WBo_m);
   v.q_WB = rotation(w.q_WB);
   v.v_WBcm = vector(w.v_WBcm_mps);

@@ -237,6 +237,7 @@ void Daemon::step(PhaseTimer& timer) {
   readings_.steps_unsolved += last_report_.unsolved;
   readings_.impacts += last_report_.impacts;
   readings_.impacts_ordered += last_report_.impacts_ordered;
+  readings_.energy_paid_J += last_report_.paid_J;
   readings_.impacts_spent += last_report_.impacts_spent;
   readings_.stopped_at_impact += last_report_.stopped_at_impact;
   readings_.impacts_unresolved += last_report_.impacts_unresolved;

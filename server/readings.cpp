@@ -35,7 +35,7 @@ class Page {
     append({labels.size() == 0 ? " " : "} ", number(value), "\n"});
   }
 
-  void counter(std::string_view name, std::string_view help, std::int64_t value) {
+  void counter(std::string_view name, std::string_view help, auto value) {
     begin(name, "counter", help);
     sample({}, value);
   }
@@ -113,6 +113,9 @@ void write_world(Page& page, const Readings& r) {
              "collide yet.",
              r.surfaces_passing);
   page.gauge("cradle_wrenches", "Wrenches that act.", r.wrenches);
+  page.counter("cradle_energy_paid_joules_total",
+               "Energy that what bounces for ever paid for overlaps that were pushed out.",
+               r.energy_paid_J);
   page.counter(
       "cradle_springs_unconverged_total",
       "Parts of ticks in which springs were too stiff for their equations: impulses instead.",

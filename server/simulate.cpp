@@ -161,6 +161,7 @@ void simulate(const SimulateOptions& options) {
     const Stopwatch stopwatch;
     summary.last_step = run.step(threads);
     summary.steps_unsolved += summary.last_step.unsolved;
+    summary.energy_paid_J += summary.last_step.paid_J;
     summary.springs_unconverged += summary.last_step.springs_unconverged;
     times_us.push_back(stopwatch.elapsed_us());
     summary.penetration_max_m =

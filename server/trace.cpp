@@ -157,6 +157,7 @@ std::string to_json(const Summary& s) {
   json.add("work_driven_J", s.balance.driven_J);
   json.add("energy_unaccounted_J", s.balance.unaccounted_J);
   json.add("energy_unaccounted_max_J", s.energy_unaccounted_max_J);
+  json.add("energy_paid_J", s.energy_paid_J);
   json.add("momentum_unaccounted_max_Ns", s.momentum_unaccounted_max_Ns);
   json.add("kinetic_energy_J", s.totals.kinetic_energy_J);
   json.add("potential_energy_J", s.totals.potential_energy_J);

@@ -64,7 +64,8 @@ struct Summary {
   StepReport last_step;
   /// Of all ticks: the largest, and sums over those that had a balance.
   double residual_max_mps = 0, residual_relative_max = 0;
-  StepBalance balance;  ///< `tick`: how many there were
+  StepBalance balance;       ///< `tick`: how many there were
+  double energy_paid_J = 0;  ///< StepReport::paid_J of all ticks
   double energy_unaccounted_max_J = 0, momentum_unaccounted_max_Ns = 0;
   std::int64_t crowded_max = 0;        ///< StepReport::crowded, of all ticks
   std::int64_t stopped_at_impact = 0;  ///< of StepReport, over all ticks

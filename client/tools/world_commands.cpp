@@ -115,6 +115,8 @@ void add_spawn(CLI::App& app, Action& action) {
   sub->add_option("--friction", spec.material.friction, "Coulomb coefficient (default 0.5)");
   sub->add_option("--restitution", spec.material.restitution, "0 .. 1 (default 0)");
   add_material(sub, spec.material);
+  sub->add_option("--contact-tolerance", spec.contact_tolerance_m,
+                  "what its contacts may sink in by (m, default: as the world says)");
   sub->callback([&action, arguments] {
     if (!arguments->shape_up()) {
       throw CLI::ValidationError("--size",

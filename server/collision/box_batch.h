@@ -63,15 +63,18 @@ class BoxBatch {
     double slack, bias, face, edge_bias, upright;
     bool on_A, is_flush, is_apart;
     BoxFaces names;
+
+    void prefer(bool face_of_A);
   };
 
   void separate();
   void judge(const Waiting& pair, int lane);
   void clip();
-  static bool counts(const Facing& facing, Manifold& at_face, bool of_A, double& missed);
+  static bool over_face(const Facing& facing, const ContactPoint& point);
+  static bool counts(const Facing& facing, Manifold& at_face, double& missed);
   static double lead_of(const Facing& facing, Manifold& manifold, double bears, double missed);
   void meet_faces(const Facing& facing, Manifold& manifold) const;
-  void clip_alone(const Facing& facing, bool on_A, Manifold& manifold) const;
+  static void clip_alone(const Facing& facing, Manifold& manifold);
 
   MadeManifolds& made_;
   const BoxKernels& kernels_;

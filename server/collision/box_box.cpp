@@ -8,18 +8,18 @@
 // Where we differ: faces are preferred to edges by a lead that grows with the overlap, and A to B
 // by a small one (tolerances.h), if what reaches deepest behind the face is over it: then the depth
 // is exact along the normal. So the normal is that of the least translation but for ties within
-// these leads. Boxes apart whose corners are nearest have no such axis: they are left to the
-// search for closest points (least_overlap.cpp).
+// these leads. Boxes apart that are nearest beside these axes meet by their nearest points
+// (box_corners.cpp); the few that those leave, by the search of least_overlap.cpp.
 // Axes and faces are worked on eight pairs at a time (box_method.h); what they mean is decided
 // here, pair by pair.
-// Cost of a pair eight abreast, with AVX-512: apart 20 ns, flush 100 ns; of one alone 270 ns;
-// corners apart but within the margin 0.5 us.
+// Cost of a pair eight abreast, with AVX-512: apart 20 ns, flush 100 ns; of one alone 270 ns.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "server/collision/box_batch.h"
+#include "server/collision/box_corners.h"
 #include "server/collision/box_kernels.h"
 #include "server/collision/pair_functions.h"
 #include "server/collision/tolerances.h"
@@ -207,13 +207,18 @@ void BoxBatch::judge(const Waiting& pair, int lane) {
   }
   facing.pair = pair;
   facing.slack = scale * kTolerances.clip_slack_m;
-  facing.on_A = axes.face_B.s <= axes.face_A.s + facing.bias;
-  facing.upright = facing.on_A ? axes.C.row(axes.face_A.axis).cwiseAbs().maxCoeff()
-                               : axes.C.col(axes.face_B.axis).cwiseAbs().maxCoeff();
-  facing.is_flush = facing.upright > kTolerances.flush_cosine;
+  facing.prefer(axes.face_B.s <= axes.face_A.s + facing.bias);
   facing.is_apart = std::max(facing.face, axes.edges.s) > 0;
   facing.names = begin_faces(axes, facing.on_A, pair.margin, facing.slack, face_block_, facing_++);
   if (facing_ == kBoxLanes) clip();
+}
+
+/// The face of A, or that of B.
+void BoxBatch::Facing::prefer(bool face_of_A) {
+  on_A = face_of_A;
+  upright = on_A ? axes.C.row(axes.face_A.axis).cwiseAbs().maxCoeff()
+                 : axes.C.col(axes.face_B.axis).cwiseAbs().maxCoeff();
+  is_flush = upright > kTolerances.flush_cosine;
 }
 
 void BoxBatch::clip() {
@@ -230,25 +235,41 @@ void BoxBatch::clip() {
   }
 }
 
-/// Along the other face than the preferred one.
-void BoxBatch::clip_alone(const Facing& facing, bool on_A, Manifold& manifold) const {
+/// Outside of a block.
+void BoxBatch::clip_alone(const Facing& facing, Manifold& manifold) {
   BoxFaceBlock block;
   const Waiting& pair = facing.pair;
-  const BoxFaces names = begin_faces(facing.axes, on_A, pair.margin, facing.slack, block, 0);
+  const BoxFaces names = begin_faces(facing.axes, facing.on_A, pair.margin, facing.slack, block, 0);
   box_kernels_of(1).clip(block, 1);
-  names.set_manifold(block, 0, on_A ? *pair.X_WA : *pair.X_WB, on_A ? 0 : 1, manifold);
+  names.set_manifold(block, 0, facing.on_A ? *pair.X_WA : *pair.X_WB, facing.on_A ? 0 : 1,
+                     manifold);
   manifold.lead = -1;
+}
+
+bool BoxBatch::over_face(const Facing& facing, const ContactPoint& point) {
+  const Waiting& pair = facing.pair;
+  const Shape& box = facing.on_A ? *pair.A : *pair.B;
+  const int axis = facing.on_A ? facing.axes.face_A.axis : facing.axes.face_B.axis;
+  return inside_face(box, facing.on_A ? *pair.X_WA : *pair.X_WB, axis, point.p_W) >=
+         -kTolerances.tie_m;
 }
 
 /// A face counts if what reaches deepest is over it; else another direction is better. How far
 /// that is from the separation of the boxes along it: `missed`.
-bool BoxBatch::counts(const Facing& facing, Manifold& at_face, bool of_A, double& missed) {
+bool BoxBatch::counts(const Facing& facing, Manifold& at_face, double& missed) {
   ContactPoint* const point = deepest(at_face);
-  const double s = of_A ? facing.axes.face_A.s : facing.axes.face_B.s;
+  const double s = facing.on_A ? facing.axes.face_A.s : facing.axes.face_B.s;
   missed = point == nullptr ? kInfinity : point->separation - s;
+  if (facing.is_apart) {
+    // No face parts what edges do if they overlap behind it. And unless they are flush, the face is
+    // nearest if and only if the point is over it.
+    if (!(s > (facing.is_flush ? -facing.slack : 0.0))) return false;
+    if (!facing.is_flush && !(missed <= kTolerances.tie_m && over_face(facing, *point))) {
+      return false;
+    }
+  }
   const double allowed = facing.slack + kTolerances.edge_bias_per_depth * std::max(0.0, -s);
-  const bool is_strict = facing.is_apart && !facing.is_flush;
-  if (!(missed <= (is_strict ? kTolerances.tie_m : allowed))) return false;
+  if (!(missed <= allowed)) return false;
   if (!facing.is_flush) point->separation = s;
   return true;
 }
@@ -268,7 +289,9 @@ double BoxBatch::lead_of(const Facing& facing, Manifold& manifold, double bears,
           ? -1
           : inside_face(facing.on_A ? *pair.A : *pair.B, facing.on_A ? *pair.X_WA : *pair.X_WB,
                         one.axis, deepest(manifold)->p_W);
-  return std::min({one.s - one.next, over_other, over_edges, stays, bears});
+  const bool may_part = !facing.is_flush && one.s <= 0;  // by edges: see `counts`
+  const double until_apart = may_part ? -std::max(axes.edges.s, axes.edges.next) : kInfinity;
+  return std::min({one.s - one.next, over_other, over_edges, stays, bears, until_apart});
 }
 
 /// Leaves the contact along the preferred face, if that counts; else takes that along the other
@@ -277,21 +300,26 @@ void BoxBatch::meet_faces(const Facing& facing, Manifold& manifold) const {
   const BoxAxes& axes = facing.axes;
   const Waiting& pair = facing.pair;
   double missed = 0;
-  if (counts(facing, manifold, facing.on_A, missed)) {
+  if (counts(facing, manifold, missed)) {
     manifold.lead = lead_of(facing, manifold, manifold.lead, missed);
     return;
   }
   if (std::abs(axes.face_A.s - axes.face_B.s) <= facing.bias) {
-    clip_alone(facing, !facing.on_A, manifold);
-    if (counts(facing, manifold, !facing.on_A, missed)) return;
+    Facing other = facing;
+    other.prefer(!facing.on_A);
+    clip_alone(other, manifold);
+    if (counts(other, manifold, missed)) return;
   }
   if (facing.is_apart) {
+    if (meet_corners(axes, *pair.X_WA, pair.margin, manifold)) return;
     manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
     manifold.lead = manifold.count > 0 ? -1 : pair.margin;
   } else if (axes.edges.s > facing.face) {
     manifold = meet_edges(axes, *pair.X_WA);
   } else {
-    clip_alone(facing, axes.face_B.s <= axes.face_A.s, manifold);
+    Facing best = facing;
+    best.prefer(axes.face_B.s <= axes.face_A.s);
+    clip_alone(best, manifold);
   }
 }
 

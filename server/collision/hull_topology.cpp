@@ -124,6 +124,11 @@ void complete(ConvexHull& hull) {
   Vector sum = Vector::Zero();
   for (const Vector& v : hull.vertices) sum += v;
   hull.centre = sum / static_cast<double>(hull.vertices.size());
+  hull.lower = hull.upper = hull.vertices.front();
+  for (const Vector& v : hull.vertices) {
+    hull.lower = hull.lower.cwiseMin(v);
+    hull.upper = hull.upper.cwiseMax(v);
+  }
   hull.inner_radius = std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     hull.inner_radius =

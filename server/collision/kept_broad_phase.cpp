@@ -26,7 +26,7 @@ namespace cradle {
 namespace {
 
 /// How much room a box gets, in extents of the box: for any motion, and ahead of the last one.
-constexpr float kRoom = 0.03F;
+constexpr float kRoom = 0.06F;
 constexpr float kStepsAhead = 12;
 constexpr float kStretchMax = 0.5F;
 /// All rooms are renewed when one body in ... has left its own at once, or since the last time.

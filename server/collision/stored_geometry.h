@@ -84,8 +84,9 @@ struct ConvexHull {
   /// likely[likely_first[c] .. likely_first[c + 1]-1], by fours, so some come twice. Empty for
   /// hulls of very many vertices. About 20 KB.
   std::vector<std::uint16_t> likely, likely_first;
-  Vector centre = Vector::Zero();  ///< m, mean of the vertices
-  double inner_radius = 0;         ///< m, of a ball about `centre` that the hull holds
+  Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< m, of the box that holds it
+  Vector centre = Vector::Zero();                         ///< m, mean of the vertices
+  double inner_radius = 0;  ///< m, of a ball about `centre` that the hull holds
 
   std::size_t face_count() const { return first.size() - 1; }
   std::span<const std::int32_t> face(std::size_t f) const {

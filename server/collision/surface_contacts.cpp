@@ -38,6 +38,20 @@ std::uint32_t name_of_crossing(std::uint32_t edge, bool leaves) {
 }
 bool is_active(EdgeKind kind) { return kind != EdgeKind::inner; }
 
+/// The box of C in its frame, grown.
+Aabb box_with(const ConvexShape& C, double margin) {
+  const Vector grow = Vector::Constant(margin);
+  if (C.kind == ShapeKind::hull) return {C.hull->lower - grow, C.hull->upper + grow};
+  const Vector& size = C.size;
+  Vector half = size;  // box, ellipsoid
+  if (C.kind == ShapeKind::sphere) half.setConstant(C.radius);
+  if (C.kind == ShapeKind::capsule) half = {size.x(), size.x(), size.x() + size.y()};
+  if (C.kind == ShapeKind::cylinder || C.kind == ShapeKind::cone) {
+    half = {size.x(), size.x(), size.y()};
+  }
+  return {-half - grow, half + grow};
+}
+
 /// Goes round the vertex at corner k of t, from triangle to triangle. `visit(triangle, k)` is false
 /// to stop, and then so is the result.
 template <class F>
@@ -134,9 +148,21 @@ SurfaceContactFinder::SurfaceContactFinder(const SurfaceView& surface, const Col
       X_SC_(X_SC),
       centre_(X_SC.x + X_SC.R * shape_.centre),
       margin_(margin),
+      reach_(box_with(shape_, margin)),
       seam_(kTolerances.seam * (1 + X_SC.x.cwiseAbs().maxCoeff())),
       scale_(std::min(1.0, shape_.thickness / kTolerances.nominal_half_extent_m)),
       contacts_(contacts) {}
+
+/// Farther than the margin, for a face of C's box parts it from C: most that a search would look
+/// at.
+bool SurfaceContactFinder::is_beyond_box(const SurfaceTriangle& t) const {
+  const auto in_C = [&](std::size_t k) {
+    return Vector(X_SC_.R.transpose() * (t.corners[k] - X_SC_.x));
+  };
+  const Vector a = in_C(0), b = in_C(1), c = in_C(2);
+  return (a.cwiseMin(b).cwiseMin(c).array() > reach_.upper.array()).any() ||
+         (a.cwiseMax(b).cwiseMax(c).array() < reach_.lower.array()).any();
+}
 
 void SurfaceContactFinder::add(const SurfaceTriangle& t) {
   if (t.normal.isZero(0)) return;
@@ -160,6 +186,7 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
     came_from_behind_ = came_from_behind_ || is_over || over.inside(centre_) >= 0;
     return;
   }
+  if (is_beyond_box(t)) return;
   double least = -kInfinity;
   switch (add_nearest(t, over, least)) {
     case Nearest::beyond:

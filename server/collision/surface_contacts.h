@@ -51,6 +51,7 @@ class SurfaceContactFinder {
   /// What of a triangle is nearest to C, along a normal of the surface; none: along no such.
   enum class Nearest { beyond, face, edge, none };
 
+  bool is_beyond_box(const SurfaceTriangle& t) const;
   SupportFeature part_towards(const Vector& n) const;
   void add_sphere(const SurfaceTriangle& t);
   void add_face_points(const SurfaceTriangle& t, const Over& over, bool corners_only, double least);
@@ -71,6 +72,7 @@ class SurfaceContactFinder {
   const Pose X_SC_;
   const Vector centre_;
   const double margin_;
+  const Aabb reach_;    ///< C with the margin, in the frame of C
   const double seam_;   ///< m
   const double scale_;  ///< of tolerances that shrink with thin shapes
   std::vector<SurfaceContact>& contacts_;

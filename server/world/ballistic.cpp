@@ -19,24 +19,32 @@ namespace {
 constexpr double kAtRest_m = 1e-6;
 /// A ball is expected to have no more than this times the spread of velocities after impacts:
 /// whoever has, looks for what else it may meet.
-constexpr double kSpreads = 2;
+constexpr double kSpreads = 1.5;
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
-bool could_take_part(const World::State& s, std::size_t i) {
+/// By what it is made of.
+bool is_ball(const World::State& s, std::size_t i) {
   const BodyTable& bodies = s.bodies;
-  if (bodies.shape[i].kind != ShapeKind::sphere || !bodies.is_moving(i)) return false;
-  if (s.loads.course[i] != Course::falls) return false;
-  if (bodies.in_contact[i] != 0) return false;
+  if (bodies.shape[i].kind != ShapeKind::sphere || bodies.kind[i] != BodyKind::dynamic) {
+    return false;
+  }
   if (bodies.is_offset[i] != 0 || bodies.drag[i].any()) return false;
   const Vector& J = bodies.inertia[i];
   return s.settings.is_planar || (J.x() == J.y() && J.y() == J.z());
 }
 
-void leave_out_sprung(World::State& s) {
+/// And by what happens to it.
+bool could_take_part(const World::State& s, std::size_t i) {
+  return s.loads.course[i] == Course::falls && s.bodies.in_contact[i] == 0 &&
+         s.bodies.quarantined[i] == 0 && s.balls.is_sprung[i] == 0;
+}
+
+void list_sprung(World::State& s) {
+  s.balls.is_sprung.assign(s.bodies.size(), 0);
   for (const Spring& spring : s.springs) {
     for (const BodyId end : {spring.a, spring.b}) {
-      if (const auto slot = s.bodies.slot(end)) s.balls.number[*slot] = -1;
+      if (const auto slot = s.bodies.slot(end)) s.balls.is_sprung[*slot] = 1;
     }
   }
 }
@@ -97,6 +105,15 @@ class Bounces final : public BallSurroundings {
     }
   }
 
+  BallMaterial material_of(const BallPair& pair) override {
+    const std::int32_t a = balls_.slots[index(pair.a)];
+    const std::int32_t b =
+        pair.b < 0 ? obstacle_slots_[index(~pair.b)] : balls_.slots[index(pair.b)];
+    const ContactMaterial both =
+        combined(s_.bodies.material[index(a)], s_.bodies.material[index(b)]);
+    return {both.restitution, both.friction, both.rolling_m, both.torsional_m};
+  }
+
  private:
   using Stranger = Ballistic::Stranger;
 
@@ -118,29 +135,18 @@ class Bounces final : public BallSurroundings {
   void add(const BodyPair& pair) {
     const auto [a, b] = pair;
     if (number(a) >= 0 && number(b) >= 0) {
-      add_pair(pair, number(a), number(b));
+      events_.pairs.push_back({number(a), number(b)});
     } else if (number(a) >= 0) {
-      add_other(pair, number(a), b);
+      add_other(number(a), b);
     } else if (number(b) >= 0) {
-      add_other(pair, number(b), a);
+      add_other(number(b), a);
     }
   }
 
-  void add_pair(const BodyPair& pair, std::int32_t a, std::int32_t b) {
-    const Material& A = s_.bodies.material[index(pair.a)];
-    const Material& B = s_.bodies.material[index(pair.b)];
-    const ContactMaterial material = combined(A, B);
-    if (material.rolling_m > 0 || material.torsional_m > 0) {
-      const auto number = static_cast<std::int32_t>(events_.pairs.size());
-      events_.turnings.push_back({number, material.rolling_m, material.torsional_m});
-    }
-    events_.pairs.push_back({a, b, material.restitution, material.friction});
-  }
-
-  void add_other(const BodyPair& pair, std::int32_t ball, std::int32_t other) {
+  void add_other(std::int32_t ball, std::int32_t other) {
     const bool stands = s_.bodies.kind[index(other)] == BodyKind::fixed;
     if (stands && is_obstacle(s_.bodies.shape[index(other)].kind)) {
-      add_pair(pair, ball, ~obstacle_of(other));
+      events_.pairs.push_back({ball, ~obstacle_of(other)});
     } else {
       strangers_.push_back({ball, other});
     }
@@ -250,26 +256,31 @@ class Bounces final : public BallSurroundings {
 
 }  // namespace
 
+void list_balls(World::State& s) {
+  s.balls.candidates.clear();
+  if (s.scheme->advance != exact) return;
+  for (const std::int32_t slot : s.colliders) {
+    if (is_ball(s, index(slot))) s.balls.candidates.push_back(slot);
+  }
+}
+
 void begin_balls(World::State& s) {
   Ballistic& balls = s.balls;
   balls.slots.clear();
   balls.passed_by.clear();
   balls.report = {};
-  if (s.scheme->advance != exact) return;
   balls.number.assign(s.bodies.size(), -1);
-  for (const std::int32_t slot : s.colliders) {
-    if (could_take_part(s, index(slot))) balls.number[index(slot)] = 0;
-  }
-  leave_out_sprung(s);
   balls.events.begin(s.dt, s.gravity_W);
+  if (balls.candidates.empty()) return;
+  list_sprung(s);
   Vector sum = Vector::Zero();
-  for (const std::int32_t slot : s.colliders) {
-    std::int32_t& number = balls.number[index(slot)];
-    if (number < 0) continue;
-    number = static_cast<std::int32_t>(balls.slots.size());
+  for (const std::int32_t slot : balls.candidates) {
+    const std::size_t i = index(slot);
+    if (!could_take_part(s, i)) continue;
+    balls.number[i] = static_cast<std::int32_t>(balls.slots.size());
     balls.slots.push_back(slot);
-    balls.events.balls.push_back(ball_of(s, index(slot)));
-    sum += s.bodies.v[index(slot)];
+    balls.events.balls.push_back(ball_of(s, i));
+    sum += s.bodies.v[i];
   }
   if (balls.slots.empty()) return;
   const auto count = static_cast<double>(balls.slots.size());
@@ -281,13 +292,14 @@ void begin_balls(World::State& s) {
   balls.obstacle.assign(s.bodies.size(), -1);
 }
 
-Aabb box_of_ball(const World::State& s, std::size_t slot) {
+Aabb box_of_ball(const World::State& s, std::size_t slot, double margin) {
   const Ballistic& balls = s.balls;
   const Ball& ball = balls.events.balls[index(balls.number[slot])];
-  const double deviation = std::max((ball.v - balls.v_mean).norm(), kSpreads * balls.spread);
-  const Vector r = Vector::Constant(ball.radius + s.dt * deviation);
+  const double expected = kSpreads * balls.spread, own2 = (ball.v - balls.v_mean).squaredNorm();
+  const double deviation = own2 > expected * expected ? std::sqrt(own2) : expected;
+  const Vector r = Vector::Constant(ball.radius + s.dt * deviation + margin);
   const Vector way = s.dt * balls.v_mean + 0.5 * s.dt * s.dt * s.gravity_W;
-  return swept({ball.x - r, ball.x + r}, way, 0);
+  return {ball.x + way.cwiseMin(0.0) - r, ball.x + way.cwiseMax(0.0) + r};
 }
 
 void bounce_balls(World::State& s) {

@@ -23,6 +23,8 @@ struct Ballistic {
     std::int32_t ball, slot;
   };
 
+  std::vector<std::int32_t> candidates;  ///< slots of spheres that are alike about all axes
+  std::vector<std::uint8_t> is_sprung;   ///< by slot, if there are candidates
   std::vector<std::int32_t> number;  ///< by slot, of what could take part: place in `slots`; or -1
   std::vector<std::int32_t> slots;   ///< ascending
   std::vector<std::uint8_t> is_out;  ///< by number: takes no part
@@ -42,10 +44,12 @@ struct Ballistic {
   }
 };
 
+/// The colliders are others now.
+void list_balls(World::State& s);
 /// Who could take part.
 void begin_balls(World::State& s);
-/// Where it may get in this tick, without margin, struck or not; of one that could take part.
-Aabb box_of_ball(const World::State& s, std::size_t slot);
+/// Where it may get in this tick, struck or not; of one that could take part.
+Aabb box_of_ball(const World::State& s, std::size_t slot, double margin);
 /// Puts balls at the tick's start so that free flight leads them to where they are at its end, and
 /// takes their pairs out of `s.pairs`.
 void bounce_balls(World::State& s);

@@ -33,6 +33,7 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
   q_BP.push_back(mass_properties.q_BP);
   is_offset.push_back(mass_properties.is_offset ? 1 : 0);
   x.emplace_back();
+  x_rest.emplace_back();
   q.emplace_back();
   place(id.size() - 1, {to_eigen(spec.p_WBo), normalised(to_eigen(spec.q_WB))});
   v.push_back(moves ? to_eigen(spec.v_WBcm) : Vector(Vector::Zero()));

@@ -53,6 +53,7 @@ struct BodyTable {
   std::vector<Rotation> q_BP;           ///< turns vectors of P into B
   std::vector<std::uint8_t> is_offset;  ///< P is not B: p_BoBcm or q_BP says more than nothing
   std::vector<Vector> x;                ///< Bcm, m, in W
+  std::vector<Vector> x_rest;           ///< m: what rounding has left out of x, in contact
   std::vector<Rotation> q;              ///< q_WP
   std::vector<Vector> v;                ///< m/s, in W
   std::vector<Vector> w;                ///< rad/s, in W
@@ -85,6 +86,7 @@ struct BodyTable {
     f("q_BP", q_BP);
     f("is_offset", is_offset);
     f("x", x);
+    f("x_rest", x_rest);
     f("q", q);
     f("v", v);
     f("w", w);
@@ -116,6 +118,7 @@ struct BodyTable {
   /// Puts Bo and B there; `B.q_WB` has unit length.
   void place(std::size_t i, const BodyFrame& B) {
     x[i] = is_offset[i] == 0 ? B.p_WBo : Vector(B.p_WBo + B.q_WB * p_BoBcm[i]);
+    x_rest[i].setZero();
     q[i] = is_offset[i] == 0 ? B.q_WB : B.q_WB * q_BP[i];
   }
 

@@ -11,6 +11,7 @@ void ContactCache::Reader::restore(ContactConstraint& c) {
   while (entry_ != end_ && std::pair(entry_->a, entry_->b) < pair) ++entry_;
   for (auto e = entry_; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
     if (e->part != c.part) continue;
+    c.is_known = true;
     if (e->feature == kTurningFeature) c.torque = e->friction;
     for (ConstraintPoint& p : c.used()) {
       if (p.feature != e->feature) continue;

@@ -47,12 +47,13 @@ Result find_stored(const World::State& s, const Shape& shape, Stored& found) {
   return Result::ok;
 }
 
-/// What a body of this specification weighs in this world.
+/// What a body of this specification weighs in this world, if that takes it.
 Result find_mass(const World::State& s, const BodySpec& spec, MassProperties& mass) {
   Stored stored;
   Result result = validate(spec);
   if (result == Result::ok) result = find_stored(s, spec.shape, stored);
   if (result != Result::ok) return result;
+  if (spec.contact_tolerance_m > 0 && s.settings.sub_steps > 0) return Result::not_allowed;
   if (!s.settings.is_planar) {
     if (!shape_out_of_space(spec.shape, stored.geometry).empty()) return Result::bad_shape;
     return mass_properties(spec, stored.mass, mass);

@@ -214,6 +214,20 @@ void begin_fast_bodies(World::State& s) {
 
 namespace {
 
+/// Sums of components are never shorter than lengths: most bodies are told by these.
+bool is_slow(const World::State& s, std::size_t i) {
+  constexpr double kSurely = 0.999;
+  const auto sum = [](const Vector& v) { return v.cwiseAbs().sum(); };
+  const FastLimits& limits = s.fast.limits[i];
+  const double most = kSurely * limits.thickness;
+  const Course course = s.loads.course[i];
+  double travel = s.dt * sum(s.bodies.v[i]);
+  if (course == Course::falls) travel += 0.5 * s.dt * s.dt * sum(s.gravity_W);
+  if (course == Course::pushed) travel += 0.5 * s.dt * s.dt * sum(s.loads.acceleration[i]);
+  const double radius = sum(s.bodies.p_BoBcm[i]) + limits.turn_radius;
+  return travel <= most && s.dt * sum(s.bodies.w[i]) * radius <= most;
+}
+
 bool note_if_fast_on(World::State& s, std::size_t i, const Path& path) {
   if (!is_far(s, i, path)) return false;
   FastBodies& fast = s.fast;
@@ -229,13 +243,16 @@ bool note_if_fast_on(World::State& s, std::size_t i, const Path& path) {
 
 }  // namespace
 
-void note_if_fast(World::State& s, std::size_t i) { note_if_fast_on(s, i, expected(s, i)); }
+void note_if_fast(World::State& s, std::size_t i) {
+  if (!is_slow(s, i)) note_if_fast_on(s, i, expected(s, i));
+}
 
-Aabb box_over_tick(World::State& s, std::size_t i) {
-  if (s.bodies.kind[i] == BodyKind::fixed) return s.methods().bounds(s.collider(i));
-  const Path path = expected(s, i);
-  if (note_if_fast_on(s, i, path)) return box_of_path(s, i, path);
-  return swept(s.methods().bounds(s.collider(i)), s.dt * s.bodies.v[i], 0);
+Aabb box_over_tick(World::State& s, std::size_t i, double margin) {
+  if (s.bodies.kind[i] != BodyKind::fixed && !is_slow(s, i)) {
+    const Path path = expected(s, i);
+    if (note_if_fast_on(s, i, path)) return swept(box_of_path(s, i, path), Vector::Zero(), margin);
+  }
+  return swept(s.methods().bounds(s.collider(i)), s.dt * s.bodies.v[i], margin);
 }
 
 bool is_hit_expected(const World::State& s, const BodyPair& pair) {

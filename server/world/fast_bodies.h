@@ -59,8 +59,8 @@ void measure_fast_limits(World::State& s);
 void begin_fast_bodies(World::State& s);
 /// Takes note if a body is fast.
 void note_if_fast(World::State& s, std::size_t slot);
-/// Likewise; and the box of a collider over the tick, without margin.
-Aabb box_over_tick(World::State& s, std::size_t slot);
+/// Likewise; and the box of a collider over the tick.
+Aabb box_over_tick(World::State& s, std::size_t slot, double margin);
 /// Whether two bodies, fast ones among them, touch or will on the ways that they are expected to
 /// go.
 bool is_hit_expected(const World::State& s, const BodyPair& pair);

@@ -225,6 +225,19 @@ class Stops {
     return {now.x + R * (X.x - then.x), R * X.R};
   }
 
+  Vector acceleration(std::size_t i) const {
+    return s_.loads.course[i] == Course::falls ? s_.gravity_W : s_.loads.acceleration[i];
+  }
+
+  /// Of its motion what loads have given on a way that it did not go.
+  void give_back(std::size_t i, double most_J) {
+    const double now_J = momentum_of(s_, i).kinetic_J;
+    if (now_J <= most_J) return;
+    const double share = std::sqrt(std::max(most_J, 0.0) / now_J);
+    s_.bodies.v[i] *= share;
+    s_.bodies.w[i] *= share;
+  }
+
   void stop(const Mover& mover) {
     BodyTable& bodies = s_.bodies;
     const std::size_t i = mover.slot;
@@ -232,6 +245,7 @@ class Stops {
     const double energy = energy_of_rotation(i);
     const Vector x_before = bodies.x[i];
     const Momentum before = momentum_before(s_, i);
+    const double kinetic_J = momentum_of(s_, i).kinetic_J;
     Pose X = moved(mover.path, s_.poses[i], t);
     if (mover.carrier >= 0) X = carried(X, mover.carrier, t);
     bodies.place(i, {X.x, normalised(Rotation(X.R))});
@@ -242,6 +256,9 @@ class Stops {
     }
     const double now = energy_of_rotation(i);
     if (now > energy && now > 0) bodies.w[i] *= std::sqrt(energy / now);
+    if (mover.carrier < 0) {
+      give_back(i, kinetic_J + bodies.mass[i] * acceleration(i).dot(bodies.x[i] - x_before));
+    }
     if (s_.settings.is_planar) keep_in_plane(bodies, i);
     add_unaccounted(s_, i, x_before, before);
   }

@@ -7,7 +7,8 @@
 /// goes along with it from there: else that would pass over it.
 ///
 /// A body that flew has the velocity it had when it stopped; one in contact, which has had its
-/// impulses, keeps the one it has. Neither adds energy.
+/// impulses, keeps the one it has. What loads have given it on the way that it did not go is taken
+/// from that: so neither adds energy.
 #pragma once
 
 #include <cstdint>

@@ -21,6 +21,7 @@
 #include "server/world/contact_cache.h"
 #include "server/world/fast_bodies.h"
 #include "server/world/impact_stops.h"
+#include "server/world/load_changes.h"
 #include "server/world/pair_memory.h"
 #include "server/world/sleeping.h"
 #include "server/world/world.h"
@@ -74,6 +75,7 @@ struct World::State {
   std::vector<Spring> springs;  ///< in order of arrival
   ContactCache contacts;
   PairMemory memory;
+  PastLoads past_loads;
   Sleepers sleepers;          ///< their contacts; the rest is made from these
   std::vector<Pose> poses;    ///< by slot: where colliders were when pairs were last looked for
   std::vector<double> paths;  ///< m, by slot: the way that a collider's points have gone at most
@@ -112,6 +114,8 @@ struct World::State {
   Overlaps overlaps;                         ///< of them
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
+  std::vector<std::int32_t> shaken;          ///< slots of those whose loads have just changed
+  std::vector<BodyLoad> pushed;              ///< room for `past_loads`
   std::vector<Vector> x_start;               ///< of `moving`, in their order
   std::vector<Rotation> q_start;
   std::vector<std::int32_t> dragged;    ///< slots of bodies with drag, ascending
@@ -196,6 +200,8 @@ struct World::State {
     array("springs", springs);
     array("contact forces", contacts.entries());
     memory.for_each_array(array);
+    scalar("gravity before", past_loads.gravity_W);
+    array("loads before", past_loads.pushed);
     array("contacts of sleepers", sleepers.contacts);
     array("poses", poses);
     array("paths", paths);
@@ -207,6 +213,7 @@ struct World::State {
 static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
 static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
 static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
+static_assert(sizeof(BodyLoad) == 8 + 6 * sizeof(double));
 static_assert(sizeof(Drag) == 3 * sizeof(double));
 static_assert(sizeof(CachedForce) == 4 * 8 + 5 * sizeof(double));
 static_assert(sizeof(Material) == 4 * sizeof(double) + 2 * 4);

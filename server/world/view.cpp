@@ -55,7 +55,8 @@ BodyArrays World::State::arrays() {
           bodies.inverse_inertia,
           loads.acceleration,
           loads.torque_W,
-          axial_shares};
+          axial_shares,
+          bodies.x_rest};
 }
 
 FlightArrays World::State::flight_arrays() {

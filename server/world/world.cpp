@@ -13,6 +13,7 @@
 #include "server/world/contact_material.h"
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
+#include "server/world/load_changes.h"
 #include "server/world/quarantine.h"
 #include "server/world/sleeping.h"
 #include "server/world/springs.h"
@@ -54,11 +55,12 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   if (observer != nullptr) observer->enter(Phase::solve);
   Steps::list_touching(s);
   Steps::list_contacts(s);
+  find_shaken(s);
   Steps::prepare(s);
   move_with_springs(s);
   add_drag(s);
   s.solved = s.solver->advance({s.dt, s.settings.sub_steps, s.settings.contact_tolerance_m,
-                                s.settings.lanes, s.moving, s.driven, s.balance.is_due},
+                                s.settings.lanes, s.moving, s.driven, s.balance.is_due, s.shaken},
                                s.arrays(), s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
@@ -103,6 +105,7 @@ void World::Steps::find_pairs(State& s) {
     list_colliders(s);
     list_dragged(s);
     measure_fast_limits(s);
+    list_balls(s);
   }
   begin_fast_bodies(s);
   begin_balls(s);
@@ -125,9 +128,9 @@ void World::Steps::find_pairs(State& s) {
     }
     if (s.balls.could_fly(i)) {
       note_if_fast(s, i);
-      s.boxes[k] = swept(box_of_ball(s, i), Vector::Zero(), kSpeculativeMargin_m);
+      s.boxes[k] = box_of_ball(s, i, kSpeculativeMargin_m);
     } else {
-      s.boxes[k] = swept(box_over_tick(s, i), Vector::Zero(), kSpeculativeMargin_m);
+      s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
     }
   }
   s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
@@ -303,6 +306,7 @@ StepReport World::Steps::report(const State& s) {
   report.impacts_spent = s.balls.report.spent;
   report.bodies_in_contact = static_cast<int>(s.moving.size());
   report.springs_unconverged = s.springs_unconverged;
+  report.paid_J = s.solved.paid_J;
   report.unsolved = static_cast<int>(std::count(s.unsolved.begin(), s.unsolved.end(), 1));
   report.pairs_by = s.culling.method;
   report.crowded = s.culling.crowded;

@@ -67,6 +67,7 @@ struct StepReport {
   double residual_cone_mps = 0;
   double residual_complementarity_J = 0;
   StepBalance balance;          ///< of the last tick that had one: WorldSettings::balance_every
+  double paid_J = 0;            ///< by what bounces, for overlaps that were pushed out
   int impacts = 0;              ///< of flying balls; what is struck at once is one
   int impacts_ordered = 0;      ///< sets of any bodies too large to be solved at once: in order
   int impacts_spent = 0;        ///< balls with so many that they lost the rest of the tick

@@ -175,6 +175,7 @@ class CommandMaker {
     s.sets_centre_of_mass = in_.one_in(8);
     if (s.sets_centre_of_mass) s.p_BoBcm = vector();
     if (in_.one_in(4)) s.material = material();
+    if (in_.one_in(8)) s.contact_tolerance_m = positive();
     s.p_WBo = vector();
     s.q_WB = rotation();
     if (in_.one_in(2)) s.v_WBcm = vector();

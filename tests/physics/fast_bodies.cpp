@@ -404,7 +404,9 @@ TEST_CASE("a planar world stops its fast capsules, polygons and compounds, too")
     const BodyId body = add(world, bullet);
     for (int tick = 0; tick < 30; ++tick) {
       world.step();
-      REQUIRE(state(world, body).p_WBo.x < 0);
+      const Vec3 p = state(world, body).p_WBo;
+      if (std::abs(p.y) > 2.5) break;  // off the wall's end
+      REQUIRE(p.x < 0);
     }
     CHECK(state(world, body).v_WBcm.x < 1);  // it has struck
   }

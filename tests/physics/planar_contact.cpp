@@ -171,6 +171,7 @@ TEST_CASE("the rows of a contact in the plane know its freedoms alone") {
   manifold.normal_W = Vector::UnitY();
   manifold.count = 1;
   manifold.points[0].p_W = {0.5, 0, 0};
+  manifold.points[0].separation = 0;
   ContactConstraint c = make_constraint(manifold, 0, 1, bodies, inverse_inertia);
   find_effective_masses(c);
   CHECK(c.points[0].K_normal == Approx(1 + 0.25 / J).epsilon(1e-14));

@@ -142,7 +142,7 @@ TEST_CASE("the largest list that fits a datagram is sent, one item more is too_l
   Visit visit;
   visit.be_welcomed();
   const auto most = static_cast<std::size_t>(visit.core.batch_limits().spawn);
-  // 1400 bytes less channel and trailer, 340 bytes a body (body_spec_v3.lcm).
+  // 1400 bytes less channel and trailer, 348 bytes a body (body_spec_v3.lcm).
   CHECK(most == 3);
   CHECK(visit.submit(Spawn{std::vector(most, ball())}));
   CHECK(visit.submit(Spawn{std::vector(most + 1, ball())}).refused == Result::too_large);

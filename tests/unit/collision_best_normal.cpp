@@ -1,9 +1,8 @@
 // That the normal of a manifold is the best of all: against every axis that can part polytopes, and
 // against a search over the sphere for curved shapes. Neither shares code with what is tested.
-#include <numbers>
-
 #include "tests/bench/parting.h"
 #include "tests/unit/collision_pairs.h"
+#include "tests/unit/overlap_by_search.h"
 #include "tests/unit/trials.h"
 
 using namespace cradle;
@@ -12,49 +11,6 @@ namespace {
 
 constexpr double kExact = 1e-9;  // m
 constexpr double kNear = 1e-4;   // rad
-
-/// Down from a direction by trial steps to all sides, ever shorter.
-double descend(const Pair& pair, Vector n, double step) {
-  double least = overlap(pair, n);
-  while (step > 1e-6) {
-    const Vector helper = std::abs(n.x()) < 0.6 ? Vector::UnitX() : Vector::UnitY();
-    const Vector e = n.cross(helper).normalized(), f = n.cross(e);
-    bool is_lower = false;
-    for (int k = 0; k < 8; ++k) {
-      const double angle = k * std::numbers::pi / 4 + 1e6 * step;  // turned anew for every step
-      const Vector m = (n + step * (std::cos(angle) * e + std::sin(angle) * f)).normalized();
-      const double there = overlap(pair, m);
-      if (there < least - 1e-10) least = there, n = m, is_lower = true;
-    }
-    if (!is_lower) step *= 0.5;
-  }
-  return least;
-}
-
-/// The least overlap over the sphere: of many directions the best few, followed down.
-double least_overlap_by_search(const Pair& pair) {
-  constexpr int kDirections = 1000;
-  std::vector<std::pair<double, Vector>> tried;
-  for (int i = 0; i < kDirections; ++i) {  // on a spiral from pole to pole, evenly
-    const double z = 1 - (2 * i + 1.0) / kDirections, across = std::sqrt(1 - z * z);
-    const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    const Vector n(across * std::cos(angle), across * std::sin(angle), z);
-    tried.emplace_back(overlap(pair, n), n);
-  }
-  std::ranges::sort(tried, {}, [](const auto& one) { return one.first; });
-  double least = std::numeric_limits<double>::infinity();
-  std::vector<Vector> begun;
-  for (const auto& one : tried) {
-    const Vector& n = one.second;
-    if (std::ranges::any_of(begun, [&](const Vector& m) { return (m - n).norm() < 0.25; })) {
-      continue;
-    }
-    begun.push_back(n);
-    least = std::min(least, descend(pair, n, 0.05));
-    if (begun.size() == 4) break;
-  }
-  return least;
-}
 
 /// A pair that overlaps by up to 1 % of its thickness three times of four, else as it happens to.
 Pair contact(Random& random, ShapeKind kind_A, ShapeKind kind_B, int trial) {

@@ -216,7 +216,7 @@ TEST_CASE("FCL finds nothing of a body that is inside of a mesh, and says it is 
   }
 }
 
-TEST_CASE("FCL exchanges a shape and a mesh, and leaves the normal so") {
+TEST_CASE("FCL exchanges a shape and a mesh") {
   std::vector<Known> known = balls_on(kBallMesh, kBall.hull());
   for (Known& k : known) {
     k.pair = k.pair.swapped();

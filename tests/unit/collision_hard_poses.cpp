@@ -1,6 +1,7 @@
 // Poses that defeat careless code: faces that kiss, shapes within each other, far from the origin,
 // plates, needles, a grain on a floor of 20 km; and poses that are no numbers.
 #include "tests/unit/collision_pairs.h"
+#include "tests/unit/overlap_by_search.h"
 
 using namespace cradle;
 
@@ -13,6 +14,18 @@ Solid hull_of_box(const Vector& half) {
     corners.push_back(half.cwiseProduct(signs));
   }
   return Solid(make_hull(corners).geometry);
+}
+
+/// Points are as deep as the shapes are along the normal, those of boxes but for what reaches
+/// beyond the sides of a face; and where there are none, the shapes are farther apart than the
+/// margin.
+void check_found(const Pair& pair, const Manifold& manifold, double margin) {
+  if (manifold.count > 0) {
+    const double beside = pair.is_boxes() ? kTolerances.clip_slack_m : 0;
+    REQUIRE(deepest(manifold) >= overlap(pair, manifold.normal_W) - beside - 1e-8);
+  } else if (pair.A.shape.kind != pair.B.shape.kind || !pair.has(ShapeKind::half_space)) {
+    REQUIRE(are_apart(pair, margin - 1e-6));
+  }
 }
 
 }  // namespace
@@ -69,6 +82,7 @@ TEST_CASE("hard poses give sound manifolds") {
             const Manifold manifold = pair.collide(0.02);
             check_sound(pair, manifold, 0.02, 1e-8);
             contacts += manifold.count > 0;
+            check_found(pair, manifold, 0.02);
           }
         }
       }

@@ -55,10 +55,19 @@ struct Findings {
     }
   }
 
+  void add(const Findings& other) {
+    composite += other.composite, composite_held += other.composite_held;
+    pairs += other.pairs, held += other.held;
+    all_points += other.all_points, points += other.points;
+    touching += other.touching, missing += other.missing;
+    separation_error = std::max(separation_error, other.separation_error);
+    normal_error = std::max(normal_error, other.normal_error);
+  }
+
   void check() const {
     CAPTURE(all_points, points, touching, missing);
     CHECK(points > 5000);
-    CHECK(points > all_points * 9 / 10);
+    CHECK((all_points - points) * 1'000 <= all_points);  // of no plane of fresh points
     CHECK(separation_error < 1e-4);
     CHECK(normal_error < 0.01);
     CHECK(missing * 100 <= touching);
@@ -204,12 +213,20 @@ Pair moved_by(const Pair& pair, double motion_m, double reach, RandomPoses& rand
 }  // namespace
 
 TEST_CASE("kept manifolds are as good as fresh ones") {
-  const auto [scene, ticks] = GENERATE(table<std::string, int>(
-      {{file("bench_pile.toml"), 600},
-       {file("bench_stack.toml"), 600},
-       {file("heap.toml"), 1000}}));  // until it has settled: sooner, what is held is chance
+  const auto [scene, ticks] = GENERATE(
+      table<std::string, int>({{file("bench_pile.toml"), 600}, {file("bench_stack.toml"), 600}}));
   CAPTURE(scene);
   const Findings found = follow(scene, ticks, 16);  // so that the stack stands
+  CAPTURE(found.pairs, found.held);
+  CHECK(found.held > found.pairs / 100 * 41);
+  found.check();
+}
+
+TEST_CASE("kept manifolds of a heap of all shapes are as good as fresh ones") {
+  // Until it has settled: sooner, what is held is chance. Three heaps, as a single pair that has
+  // settled where a fresh manifold chooses other points may count for half of what is missing.
+  Findings found;
+  for (const int sub_steps : {15, 16, 17}) found.add(follow(file("heap.toml"), 1000, sub_steps));
   CAPTURE(found.pairs, found.held);
   CHECK(found.held > found.pairs / 100 * 41);
   found.check();

@@ -26,7 +26,7 @@ inline constexpr Layout layout_of(MessageKind kind) {
     case MessageKind::hello:
       return {kCommand + 4 + kNameBytes, 0};
     case MessageKind::spawn:
-      return {kList, 5 * 4 + (8 + 2 + 3 + 3 + 3 + 4) * 8 + kMotion + kNameBytes};
+      return {kList, 5 * 4 + (8 + 2 + 3 + 3 + 3 + 4 + 1) * 8 + kMotion + kNameBytes};
     case MessageKind::despawn:
     case MessageKind::clear_wrenches:
       return {kList, 8};

@@ -134,11 +134,12 @@ TEST_CASE("numbers stand in the order of lcmtypes, or another language would rea
   spec.inertia_products_kgm2 = {14, 15, 16};
   spec.p_BoBcm = {17, 18, 19};
   spec.material = {20, 21, 22, 23, CombineRule::minimum, CombineRule::maximum};
-  spec.p_WBo = {24, 25, 26};
-  spec.q_WB = {27, 28, 29, 30};
-  spec.v_WBcm = {31, 32, 33};
-  spec.w_WB = {34, 35, 36};
-  check_counting(encode(Command{{}, Spawn{{spec}}}), list + 5 * 4, 36);
+  spec.contact_tolerance_m = 24;
+  spec.p_WBo = {25, 26, 27};
+  spec.q_WB = {28, 29, 30, 31};
+  spec.v_WBcm = {32, 33, 34};
+  spec.w_WB = {35, 36, 37};
+  check_counting(encode(Command{{}, Spawn{{spec}}}), list + 5 * 4, 37);
 
   Event event;
   event.shape.parameters = {1, 2, 3, 4, 5, 6, 7, 8};
@@ -206,7 +207,7 @@ TEST_CASE("every message type keeps its fingerprint, and no two have the same") 
   // structs: types with equal fields would be taken for each other.
   const std::map<MessageKind, std::uint64_t> fingerprints = {
       {MessageKind::hello, 0x20313de645c23940},
-      {MessageKind::spawn, 0x951bad45c850db2a},
+      {MessageKind::spawn, 0xb90e55037bd681fc},
       {MessageKind::despawn, 0xfb089a43568ef3a7},
       {MessageKind::push, 0x3791bf690e5cf173},
       {MessageKind::clear_wrenches, 0xfa90d20358a4f3a7},

@@ -137,6 +137,7 @@ class Samples {
                   number(),
                   one_of(CombineRule::maximum),
                   one_of(CombineRule::maximum)};
+    s.contact_tolerance_m = number();
     s.p_WBo = vector();
     s.q_WB = rotation();
     s.v_WBcm = vector();

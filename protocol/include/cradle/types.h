@@ -188,7 +188,7 @@ struct BodySpec {
   Vec3 p_BoBcm;                      ///< m, in B; the moments about Bcm stay what they are
   Material material;
   /// m, what its contacts may sink in by, instead of what the world allows; 0: as the world says.
-  /// Not on the wire yet: scenes alone can say it.
+  /// Worlds whose number of sub-steps is fixed refuse it: `not_allowed`.
   double contact_tolerance_m = 0;
   Vec3 p_WBo;  ///< m
   Quat q_WB;

@@ -4,25 +4,19 @@
 #include "server/dynamics/rotation.h"
 
 namespace cradle {
-namespace {
-
-using AllOfLine = Eigen::Array<double, 8, 1>;
-
-Eigen::Map<AllOfLine, Eigen::Aligned16> all(BodyLine& line) {
-  return Eigen::Map<AllOfLine, Eigen::Aligned16>(line.all);
-}
-
-}  // namespace
 
 void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
                       std::span<const Matrix> inverse_inertia_W) {
   bodies_ = bodies;
+  islands_ = tick.islands;
+  islands_count_ = tick.islands_count;
   moving_ = static_cast<std::int32_t>(tick.moving.size());
   driven_ = static_cast<std::int32_t>(tick.driven.size());
   const std::int32_t still = moving_ + driven_;
   line_of_slot_.assign(bodies.x.size(), still);
   velocities_.assign(static_cast<std::size_t>(still) + 2, BodyLine{});
   motions_.assign(velocities_.size(), BodyLine{});
+  struck_.assign(velocities_.size(), 0);
   if (states_.size() < moving()) states_.resize(moving());
   if (turnings_.size() < moving()) turnings_.resize(moving());
   loads_.resize(moving());
@@ -97,7 +91,9 @@ Vector BodyLines::free_turn(const State& state, const Turning& turning, const Ve
   return R * w_B;
 }
 
-void BodyLines::integrate_velocities(double h) {
+void BodyLines::integrate_velocities(double h, double smooth_factor) {
+  has_struck_ = false;
+  const double smooth_s = smooth_factor * h;
   for (std::int32_t line = 0; line < moving_; ++line) {
     auto velocity = all(at(velocities_, line)), free = all(at(frees_, line));
     const AllOfLine by_contacts = velocity - free;
@@ -107,6 +103,7 @@ void BodyLines::integrate_velocities(double h) {
     if (state.tumbles)
       angular(at(frees_, line)) = free_turn(state, at(turnings_, line), w(line), h);
     velocity = free + by_contacts;
+    note_if_struck(line, by_contacts, smooth_s);
   }
 }
 
@@ -160,12 +157,23 @@ void BodyLines::integrate_positions(double h, double smooth_factor) {
   }
 }
 
+/// Far from the origin a step is rounded to the same side tick by tick ("from the origin").
+void BodyLines::move(std::size_t slot, const Vector& step) {
+  if (bodies_.x_rest.empty()) {
+    bodies_.x[slot] += step;
+    return;
+  }
+  const Vector before = bodies_.x[slot], whole = step + bodies_.x_rest[slot];
+  bodies_.x[slot] = before + whole;
+  bodies_.x_rest[slot] = whole - (bodies_.x[slot] - before);
+}
+
 void BodyLines::finish() {
   for (std::int32_t line = 0; line < moving_; ++line) {
     const State& state = at(states_, line);
     const Turning& turning = at(turnings_, line);
     Rotation& q = bodies_.q[state.slot];
-    bodies_.x[state.slot] += dp(line);
+    move(state.slot, dp(line));
     bodies_.v[state.slot] = v(line);
     if (!state.turns) continue;
     if (state.tumbles && turning.axial_share != 0) {

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "server/dynamics/contact/contact_balance.h"
@@ -32,6 +33,11 @@ inline Eigen::Map<const Vector> angular(const BodyLine& line) {
   return Eigen::Map<const Vector>(line.all + kAngular);
 }
 
+using AllOfLine = Eigen::Array<double, 8, 1>;
+inline Eigen::Map<AllOfLine, Eigen::Aligned16> all(BodyLine& line) {
+  return Eigen::Map<AllOfLine, Eigen::Aligned16>(line.all);
+}
+
 class BodyLines {
   template <class Lines>
   static auto& at(Lines& lines, std::int32_t line) {
@@ -44,7 +50,28 @@ class BodyLines {
 
   /// Loads and the free turning of w, over `h`; and what contacts gave in the sub-step before,
   /// again (a warm start of all of them at once, for arms, normals and inertia stay as they are).
-  void integrate_velocities(double h);
+  /// Marks bodies that this changes by more than their loads explain.
+  void integrate_velocities(double h, double smooth_factor);
+
+  // A warm start that is done must not give energy: body_repeats.cpp.
+
+  /// Likewise, where it came after that.
+  void find_struck(double h, double smooth_factor);
+  bool has_struck() const { return has_struck_; }
+  bool is_struck(std::int32_t a, std::int32_t b) const {
+    return at(struck_, a) != 0 || at(struck_, b) != 0;
+  }
+  /// Puts aside v and w, and in their place what contacts of struck bodies did, which is 0 at
+  /// first; and back.
+  void begin_repeats();
+  void end_repeats() { std::swap(velocities_, repeats_); }
+  /// By island what part of that their bodies may keep; they have no more from here on. Empty: all
+  /// of it, everywhere.
+  std::span<const double> limit_repeats();
+  /// Of a contact.
+  std::size_t island_of(std::int32_t a, std::int32_t b) const {
+    return island_of(yields(a) ? a : b);
+  }
   /// With the mean velocity of the sub-step where it is smooth: without an impact.
   void integrate_positions(double h, double smooth_factor);
   /// Gives the bodies their poses and velocities at the tick's end.
@@ -89,6 +116,13 @@ class BodyLines {
   Eigen::Map<const Vector> dp(std::int32_t line) const { return linear(at(motions_, line)); }
   Eigen::Map<const Vector> theta(std::int32_t line) const { return angular(at(motions_, line)); }
 
+  // Energy that only what is pushed out has got: body_debts.cpp.
+
+  /// Of all contacts of these bodies.
+  void begin_debts(std::span<ContactConstraint* const> constraints);
+  /// After the last sub-step; what was paid, J.
+  double pay_debts();
+
   // For the balance of a tick: body_balance.cpp. Nothing of it moves a body.
 
   /// Makes `means` those of the sub-step that is done: its velocities before and after, halved.
@@ -124,8 +158,24 @@ class BodyLines {
   };
 
   void begin(std::int32_t line, const Matrix& inverse_inertia_W);
+  /// By a change that a load would not make in `smooth_s` seconds.
+  void note_if_struck(std::int32_t line, const AllOfLine& change, double smooth_s) {
+    const State& state = at(states_, line);
+    const double* const c = change.data();
+    const double v2 = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    const double w2 = c[3] * c[3] + c[4] * c[4] + c[5] * c[5];
+    const double smooth2 = smooth_s * smooth_s * state.pull * state.pull;
+    const bool is_struck = (v2 > smooth2) | (state.gyration2 * w2 > smooth2);
+    at(struck_, line) = is_struck ? 1 : 0;
+    has_struck_ |= is_struck;
+  }
+  std::size_t island_of(std::int32_t line) const {
+    return islands_.empty() ? 0 : static_cast<std::size_t>(at(islands_, line));
+  }
   Vector free_turn(const State& state, const Turning& turning, const Vector& w, double h) const;
+  Vector along_loads(std::int32_t line) const;  // a unit, or 0
   void turn(const State& state, Turning& turning, const Vector& w, double h);
+  void move(std::size_t slot, const Vector& step);
 
   BodyArrays bodies_;
   std::int32_t moving_ = 0, driven_ = 0;
@@ -137,6 +187,22 @@ class BodyLines {
   std::vector<BodyLine> begins_;  // velocities before loads
   std::vector<BodyLine> frees_;   // after loads, before contacts
   std::vector<BodyLine> means_;
+  std::span<const std::int32_t> islands_;  // by line; or empty
+  std::size_t islands_count_ = 1;
+  struct Debt {
+    bool bounces = true, is_held = false, is_driven = false, is_along = false;
+    double sum_J = 0, kinetic_J = 0, along_J = 0, mass = 0, share = 1;
+    Vector momentum = Vector::Zero(), v = Vector::Zero();
+  };
+  std::vector<Debt> debts_;  // by island
+  struct Gain {
+    double all, own;  // J, of kinetic energy: by repeats; of them by themselves
+  };
+  std::vector<std::uint8_t> struck_;  // by line
+  bool has_struck_ = false;
+  std::vector<BodyLine> repeats_;
+  std::vector<Gain> gains_;  // by island
+  std::vector<double> shares_;
   double work_of_torques_ = 0;  // J, so far, if there is a balance
 };
 

@@ -37,7 +37,8 @@ struct ContactBlock {
   Row share, lever_share;                  ///< likewise: 1 / points, 1 / sum of u^2 + v^2
   Row lambda[kBlockPoints];                ///< N s, of a sub-step
   Row lambda_1[kBlockPoints], lambda_2[kBlockPoints];
-  std::int32_t a[kBlockLanes], b[kBlockLanes];          ///< lines to read
+  Row part;                                     ///< of its impulses: for `repeat` and `scale`
+  std::int32_t a[kBlockLanes], b[kBlockLanes];  ///< lines to read
   std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
   std::int32_t source[kBlockLanes];                     ///< which constraint; -1: none
 };
@@ -78,6 +79,8 @@ struct ContactKernels {
   int lanes;
   void (*prepare)(const BlockRun&, const SubStep&);
   void (*warm_start)(const BlockRun&, BodyLine* velocities);
+  void (*repeat)(const BlockRun&, BodyLine* velocities);  ///< a warm start by that part alone
+  void (*scale)(const BlockRun&);                         ///< leaves that part
   void (*solve)(const BlockRun&, const SubStep&, BodyLine* velocities);
   void (*relax)(const BlockRun&, const SubStep&, BodyLine* velocities, const BodyLine* motions);
   void (*judge)(const BlockRun&, const SubStep&, const BodyLine* velocities, ContactTally&);

@@ -179,6 +179,37 @@ void ContactBlocks::follow_driven(const BodyLines& bodies) {
   }
 }
 
+void ContactBlocks::repeat_struck(const ContactKernels& kernels, BodyLines& bodies) {
+  for (const BlockRun& run : runs_) {
+    for (ContactBlock& block : std::span(run.blocks, index(run.count))) {
+      bool is_any_struck = false;
+      for (int lane = 0; lane < kBlockLanes; ++lane) {
+        const bool is_struck = bodies.is_struck(block.a[lane], block.b[lane]);
+        block.part[lane] = is_struck ? 1 : 0;
+        is_any_struck |= is_struck;
+      }
+      if (is_any_struck) {
+        kernels.repeat({&block, 1, run.points, run.joint}, bodies.velocities());
+      }
+    }
+  }
+}
+
+void ContactBlocks::scale_struck(const ContactKernels& kernels, std::span<const double> shares,
+                                 const BodyLines& bodies) {
+  for (const BlockRun& run : runs_) {
+    for (ContactBlock& block : std::span(run.blocks, index(run.count))) {
+      bool is_any_less = false;
+      for (int lane = 0; lane < kBlockLanes; ++lane) {
+        const bool is_struck = block.source[lane] >= 0 && block.part[lane] != 0;
+        block.part[lane] = is_struck ? shares[bodies.island_of(block.a[lane], block.b[lane])] : 1;
+        is_any_less |= block.part[lane] != 1;
+      }
+      if (is_any_less) kernels.scale({&block, 1, run.points, run.joint});
+    }
+  }
+}
+
 void ContactBlocks::unpack(double h) const {
   for (const ContactBlock& block : std::span(blocks_).first(used_)) {
     for (int lane = 0; lane < kBlockLanes; ++lane) {

@@ -25,6 +25,11 @@ class ContactBlocks {
   void pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h);
   /// Arms of contacts with kinematic bodies that spin: to where the contacts are by now.
   void follow_driven(const BodyLines& bodies);
+  /// The warm start of contacts of struck bodies alone.
+  void repeat_struck(const ContactKernels& kernels, BodyLines& bodies);
+  /// Leaves of their impulses this part, by island.
+  void scale_struck(const ContactKernels& kernels, std::span<const double> shares,
+                    const BodyLines& bodies);
   /// The forces of the last sub-step, separations and effective masses.
   void unpack(double h) const;
 

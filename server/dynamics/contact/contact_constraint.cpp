@@ -12,6 +12,27 @@ void tangents(const Vector& n, Vector& t1, Vector& t2) {
   t2 = n.cross(t1);
 }
 
+namespace {
+
+constexpr double kNoLoad =
+    1e-9;  ///< m/s^2: what gives less is what rounding left ("half overlapped")
+
+/// From midway between the surfaces to where they would touch if nothing sank in: each body goes
+/// back by its share of the overlap, as its mass yields. So a ball on a plane rolls on its own
+/// radius, however soft the contact is. The mean of the points, which stay in their plane.
+Vector to_undeformed(const ContactConstraint& c, const Manifold& manifold) {
+  const double yields = c.inverse_mass_A + c.inverse_mass_B;
+  if (yields == 0) return Vector::Zero();
+  double sum = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(manifold.count); ++i) {
+    sum += manifold.points[i].separation;
+  }
+  const double share = 0.5 * (c.inverse_mass_B - c.inverse_mass_A) / yields;
+  return share * sum / manifold.count * c.n;
+}
+
+}  // namespace
+
 void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
                     const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B) {
   const auto A = static_cast<std::size_t>(a);
@@ -26,18 +47,19 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.inverse_inertia_B = place_B.inverse_inertia_W;
   c.turn_A = c.turn_B = Rotation::Identity();
   c.is_ahead = false;
-  c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = 0;
+  c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
   c.torque = Vector::Zero();
   c.carrying = 0;
-  c.is_met = false;
+  c.is_met = c.is_known = false;
   tangents(c.n, c.t1, c.t2);
   c.count = manifold.count;
+  const Vector aside = to_undeformed(c, manifold);
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
     p.lambda = p.force = p.press = 0;
     p.lambda_t = p.force_t = Eigen::Vector2d::Zero();
-    p.rA = manifold.points[i].p_W - place_A.x;
-    p.rB = manifold.points[i].p_W - place_B.x;
+    p.rA = manifold.points[i].p_W - place_A.x + aside;
+    p.rB = manifold.points[i].p_W - place_B.x + aside;
     p.s0 = p.s = manifold.points[i].separation;
     p.feature = manifold.points[i].feature;
   }
@@ -63,10 +85,13 @@ void look_at(ContactConstraint& c) {
   c.press = 0;
   c.carrying = 0;
   c.is_met = false;
+  c.deepest_m = 0;
+  const double yields = c.inverse_mass_A + c.inverse_mass_B;
   for (const ConstraintPoint& p : c.used()) {
     c.press = std::max(c.press, p.press);
-    c.carrying += p.force > 0 ? 1 : 0;
+    c.carrying += p.force * yields > kNoLoad ? 1 : 0;
     c.is_met |= p.s0 <= 0;
+    c.deepest_m = std::max(c.deepest_m, -p.s0);
   }
 }
 

@@ -28,6 +28,8 @@ struct BodyArrays {
   /// Of bodies that are round in shape and inertia, about an axis: the moment about it by that
   /// across it; else 0. Empty: all 0.
   std::span<const double> axial_share = {};
+  std::span<Vector> x_rest =
+      {};  ///< m: what rounding has left out of x, for the next tick. Or empty
 };
 
 struct ConstraintPoint {
@@ -59,7 +61,9 @@ struct ContactConstraint {
   double tolerance_m = 0;                 ///< what it may sink in by; 0: the tick's
   double press = 0;                       ///< m/s^2: the largest of its points at the tick's start
   int carrying = 0;                       ///< points with a force there
+  double deepest_m = 0;                   ///< overlap of its points there
   bool is_met = false;                    ///< a point without a gap there
+  bool is_known = false;                  ///< there was one like it in the tick before
   double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
   Vector torque = Vector::Zero();         ///< N m, in W, on B: of these two
   int count = 0;

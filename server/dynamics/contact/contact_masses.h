@@ -69,7 +69,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const SubStep& step, const V
     sum = sum + own[i];
     number = number + is_there[i];
   }
-  const V eps = 0.01 * sum / larger<V>(number, fill<V>(1));
+  const V eps = 1e-6 * sum / larger<V>(number, fill<V>(1));
   for (int i = 0; i < points; ++i) {
     hard[i] = is_there[i] != V{} ? own[i] + eps : fill<V>(1);
     soft[i] = hard[i] + step.impulse_scale / step.mass_scale * own[i];

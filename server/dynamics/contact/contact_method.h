@@ -13,7 +13,8 @@
 //   soft:  l' = l - G_s r,  r_i = vn_i + bias_i / ms + gamma_i l_i, or vn_i + s_i / h where s_i > 0
 //   hard:  l' = l - G_h r,  r_i = vn_i + max(s_i, 0) / h
 //   G_s = (K + diag gamma + eps)^-1, gamma_i = K_ii is / ms;  G_h = (K + eps)^-1;  K has rank 3,
-//   eps a hundredth of the mean K_ii makes it regular and moves nothing (1e-4 to 1e-1: the same)
+//   eps a millionth of the mean K_ii makes it regular and moves nothing; what it leaves of a
+//   residual (a hundredth, with eps 0.01) is seen in the loads of a first tick ("three points")
 //   friction: (P1, P2, Tn) = -G_t^-1 (V1, V2, Wn), to each point P / points and Tn (-v, u) / sum
 //   (u^2 + v^2), where that leaves all points within their cones
 // If an impulse would pull, the step is cut where the first one ends, and the points go on one
@@ -54,14 +55,16 @@ struct Wrench {
 };
 
 template <class V, int points>
-CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, BodyLine* velocities) {
+CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& part,
+                                   BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
   Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
   Wrench<V> wrench;
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
-    wrench.add_normal(at<V>(c.lambda[i], lane), u, v);
-    wrench.add_friction(at<V>(c.lambda_1[i], lane), at<V>(c.lambda_2[i], lane), u, v);
+    const V f1 = part * at<V>(c.lambda_1[i], lane), f2 = part * at<V>(c.lambda_2[i], lane);
+    wrench.add_normal(part * at<V>(c.lambda[i], lane), u, v);
+    wrench.add_friction(f1, f2, u, v);
   }
   wrench.push(f, bodies);
   store_bodies(c, lane, bodies, velocities);
@@ -313,8 +316,25 @@ struct Passes {
   static void warm_start(const BlockRun& run, BodyLine* velocities) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        warm_start_lanes<V, kind.kPoints>(c, lane, velocities);
+        warm_start_lanes<V, kind.kPoints>(c, lane, fill<V>(1), velocities);
       });
+    });
+  }
+  static void repeat(const BlockRun& run, BodyLine* velocities) {
+    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+        warm_start_lanes<V, kind.kPoints>(c, lane, at<V>(c.part, lane), velocities);
+      });
+    });
+  }
+  static void scale(const BlockRun& run) {
+    for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      const V part = at<V>(c.part, lane);
+      for (int i = 0; i < run.points; ++i) {
+        for (BlockRow* row : {&c.lambda[i], &c.lambda_1[i], &c.lambda_2[i]}) {
+          store(*row + lane, part * at<V>(*row, lane));
+        }
+      }
     });
   }
   static void solve(const BlockRun& run, const SubStep& step, BodyLine* velocities) {
@@ -351,7 +371,8 @@ struct Passes {
 template <class V>
 constexpr ContactKernels contact_kernels() {
   using P = Passes<V>;
-  return {kLanes<V>, P::prepare, P::warm_start, P::solve, P::relax, P::judge, P::work};
+  return {kLanes<V>, P::prepare, P::warm_start, P::repeat, P::scale,
+          P::solve,  P::relax,   P::judge,      P::work};
 }
 
 }  // namespace

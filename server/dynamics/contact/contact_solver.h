@@ -17,9 +17,14 @@ struct ContactTick {
   int sub_steps = 0;       ///< of each island; 0: as many as the tolerance asks for
   double tolerance_m = 0;  ///< above 0, unless sub_steps are
   int lanes = 0;           ///< manifolds side by side: one of machine_lanes(), or 0 for the most
-  std::span<const std::int32_t> moving;  ///< slots of the dynamic bodies to move, ascending
-  std::span<const std::int32_t> driven;  ///< slots of kinematic bodies they touch, ascending
-  bool is_balanced = false;              ///< the report is to have a balance
+  std::span<const std::int32_t> moving;       ///< slots of the dynamic bodies to move, ascending
+  std::span<const std::int32_t> driven;       ///< slots of kinematic bodies they touch, ascending
+  bool is_balanced = false;                   ///< the report is to have a balance
+  std::span<const std::int32_t> shaken = {};  ///< slots of bodies whose loads have just changed
+  /// Of `moving`, in their order: who goes with whom, by numbers below `islands_count`. Empty: all
+  /// together.
+  std::span<const std::int32_t> islands = {};
+  std::size_t islands_count = 1;
 };
 
 /// Islands that took the same number of sub-steps.
@@ -37,6 +42,7 @@ struct ContactReport {
   int sub_steps_max = 0;            ///< of an island
   std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
   int impacts_ordered = 0;          ///< sets too large to be solved at once: in their order
+  double paid_J = 0;                ///< by what bounces, for overlaps that were pushed out
   double sag_max_m = 0;             ///< expected of loads that last, at these sub-steps
   std::array<SubStepChoice, kSubStepChoices> choices;  ///< the first `choices_used`
   std::size_t choices_used = 0;

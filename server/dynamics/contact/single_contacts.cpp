@@ -139,6 +139,19 @@ void SingleContact::warm_start() {
   }
 }
 
+void SingleContact::repeat_struck() {
+  if (bodies_.is_struck(A_.line, B_.line)) warm_start();
+}
+
+void SingleContact::scale_struck(std::span<const double> shares) {
+  if (!bodies_.is_struck(A_.line, B_.line)) return;
+  const double share = shares[bodies_.island_of(A_.line, B_.line)];
+  for (ConstraintPoint& p : c_.used()) {
+    p.lambda *= share;
+    p.lambda_t *= share;
+  }
+}
+
 void SingleContact::solve(const SubStep& step) {
   for (ConstraintPoint& p : c_.used()) p.s = separation(p);
   sweep([&](const ConstraintPoint& p) {

@@ -14,6 +14,9 @@ class SingleContact {
   SingleContact(ContactConstraint& c, BodyLines& bodies);
 
   void warm_start();
+  /// As TurningContact.
+  void repeat_struck();
+  void scale_struck(std::span<const double> shares);
   void solve(const SubStep& step);
   void relax(const SubStep& step);
   /// Friction of an impact, with its normal impulse. Returns what it gives B, N s.

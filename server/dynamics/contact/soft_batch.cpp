@@ -40,6 +40,19 @@ struct SoftTolerances {
 };
 constexpr SoftTolerances kTolerances;
 
+/// Relaxing sweeps while what contacts carry is not known. A point's friction turns the body, which
+/// moves loads among its points, and so on: one sweep finds a part of what holds a push that is
+/// suddenly there, and lets the rest move the body ("a pushed box", "slides alike").
+constexpr int kSweepsWithoutPast = 16;
+/// While many are pushed apart: one leaves velocities that throw the last ("overlap by 5 cm").
+constexpr int kSweepsToPart = 2;
+
+int relaxing_sweeps(Past past, int sub_step) {
+  if (past == Past::parts) return kSweepsToPart;
+  if (past == Past::lasts || (past == Past::changes && sub_step > 0)) return 1;
+  return kSweepsWithoutPast;
+}
+
 SubStep sub_step_of(double h) {
   const double omega = 2 * std::numbers::pi * kTolerances.frequency / h;
   const double a1 = 2 * kTolerances.damping_ratio + h * omega;
@@ -50,29 +63,33 @@ SubStep sub_step_of(double h) {
 
 }  // namespace
 
+double push_speed() { return kTolerances.push_speed; }
 double contact_angle() { return 2 * std::numbers::pi * kTolerances.frequency; }
 
 void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
-                        std::span<ContactConstraint* const> constraints) {
+                        std::span<ContactConstraint* const> constraints, Past past) {
   kernels_ = &contact_kernels_of(tick.lanes);
   step_ = sub_step_of(tick.dt / tick.sub_steps);
   bodies_.begin(tick, arrays, inverse_inertia_W);
   sort(constraints);
   balance_ = {};
   if (tick.is_balanced) bodies_.begin_balance(balance_);
+  if (!impacts_.is_empty()) bodies_.begin_debts(constraints);
   impacts_.keep_balance(tick.is_balanced ? &balance_ : nullptr);
 
   for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
     if (!impacts_.is_empty()) impacts_.strike(bodies_, step_.h);
-    bodies_.integrate_velocities(step_.h);
+    bodies_.integrate_velocities(step_.h, kTolerances.smooth_factor);
     if (sub_step == 0) warm_start();
+    limit_repeats();
     solve();
     bodies_.integrate_positions(step_.h, kTolerances.smooth_factor);
     blocks_.follow_driven(bodies_);
-    relax();
+    for (int k = relaxing_sweeps(past, sub_step); k > 0; --k) relax();
     if (tick.is_balanced) add_work();
   }
+  paid_J_ = impacts_.is_empty() ? 0 : bodies_.pay_debts();
   if (tick.is_balanced) bodies_.end_balance(balance_, tick.dt);
   judge();
   blocks_.unpack(step_.h);
@@ -114,6 +131,22 @@ void SoftBatch::warm_start() {
   for (const BlockRun& run : blocks_.runs()) kernels_->warm_start(run, bodies_.velocities());
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).warm_start();
   for (TurningContact& turning : turning_) turning.warm_start(bodies_, step_.h);
+  bodies_.find_struck(step_.h, kTolerances.smooth_factor);
+}
+
+/// A blow does not come again: body_repeats.cpp.
+void SoftBatch::limit_repeats() {
+  if (!bodies_.has_struck()) return;
+  bodies_.begin_repeats();
+  blocks_.repeat_struck(*kernels_, bodies_);
+  for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).repeat_struck();
+  for (const TurningContact& turning : turning_) turning.repeat_struck(bodies_);
+  bodies_.end_repeats();
+  const std::span<const double> shares = bodies_.limit_repeats();
+  if (shares.empty()) return;
+  blocks_.scale_struck(*kernels_, shares, bodies_);
+  for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).scale_struck(shares);
+  for (TurningContact& turning : turning_) turning.scale_struck(shares, bodies_);
 }
 
 void SoftBatch::solve() {

@@ -1,6 +1,7 @@
 /// Islands that take the same number of sub-steps: see soft_batch.cpp.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -17,14 +18,23 @@ namespace cradle {
 double contact_angle();
 
 /// Owns no bodies; keeps its memory from batch to batch.
+/// m/s: overlaps that take more than a tick of this to part are deep.
+double push_speed();
+
+/// What contacts carried in the tick before is what they will carry; or it pushes many apart; or
+/// the loads of a body have just changed; or there is no such contact.
+enum class Past : std::uint8_t { lasts, parts, changes, none };
+
 class SoftBatch {
  public:
   /// As ContactSolver::advance; `tick.sub_steps` holds.
   void advance(const ContactTick& tick, const BodyArrays& arrays,
                std::span<const Matrix> inverse_inertia_W,
-               std::span<ContactConstraint* const> constraints);
+               std::span<ContactConstraint* const> constraints, Past past);
   /// Of the last call: sets of impacts at once that were too large to be solved together.
   int impacts_ordered() const { return impacts_.ordered(); }
+  /// Of the last call: energy that what bounces paid for overlaps that were pushed out.
+  double paid_J() const { return paid_J_; }
   /// Of the last call, too.
   const ContactResidual& residual() const { return residual_; }
   const ContactBalance& balance() const { return balance_; }
@@ -32,6 +42,7 @@ class SoftBatch {
  private:
   void sort(std::span<ContactConstraint* const> constraints);
   void warm_start();
+  void limit_repeats();
   void solve();
   void relax();
   void add_work();
@@ -44,6 +55,7 @@ class SoftBatch {
   std::vector<ContactConstraint*> singles_;
   std::vector<TurningContact> turning_;
   Impacts impacts_;
+  double paid_J_ = 0;
   ContactResidual residual_;
   ContactBalance balance_;
 };

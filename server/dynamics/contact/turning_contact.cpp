@@ -109,9 +109,23 @@ double TurningContact::pressing() const {
 void TurningContact::warm_start(BodyLines& bodies, double h) {
   T_n_ = h * c_->n.dot(c_->torque);
   T_t_ = h * (t_.transpose() * c_->torque);
+  push(bodies);
+}
+
+void TurningContact::push(BodyLines& bodies) const {
   for (const Side* side : {&A_, &B_}) {
     if (side->sign != 0) bodies.w(side->line) += T_n_ * side->about_n + side->sliding * T_t_;
   }
+}
+
+void TurningContact::repeat_struck(BodyLines& bodies) const {
+  if (bodies.is_struck(A_.line, B_.line)) push(bodies);
+}
+
+void TurningContact::scale_struck(std::span<const double> shares, const BodyLines& bodies) {
+  if (!bodies.is_struck(A_.line, B_.line)) return;
+  T_n_ *= shares[bodies.island_of(A_.line, B_.line)];
+  T_t_ *= shares[bodies.island_of(A_.line, B_.line)];
 }
 
 void TurningContact::finish(double h) { c_->torque = (T_n_ * c_->n + t_ * T_t_) / h; }

@@ -17,6 +17,9 @@ class TurningContact {
 
   /// Begins with last tick's torque, over a sub-step of `h`.
   void warm_start(BodyLines& bodies, double h);
+  /// As ContactBlocks: its warm start alone, and what is left of it. Nothing if nobody was struck.
+  void repeat_struck(BodyLines& bodies) const;
+  void scale_struck(std::span<const double> shares, const BodyLines& bodies);
   /// Once a sub-step, when its normal impulses and friction are known.
   void rub(BodyLines& bodies);
   /// What it did, by the mean velocities of the sub-step.
@@ -52,6 +55,7 @@ class TurningContact {
   std::size_t points() const { return static_cast<std::size_t>(c_->count); }
   Impulses at(std::size_t i) const;
   double pressing() const;
+  void push(BodyLines& bodies) const;
   void twist(BodyLines& bodies, double limit);
   void roll(BodyLines& bodies, double limit);
   bool can_stick(double more_1, double more_2) const;

@@ -39,7 +39,6 @@ void BallEvents::begin(double dt, const Vector& gravity) {
   balls.clear();
   obstacles.clear();
   pairs.clear();
-  turnings.clear();
 }
 
 double BallEvents::time_of(const BallPair& pair, double now) const {
@@ -74,7 +73,7 @@ BallReport BallEvents::run(std::span<const std::uint8_t> is_out, BallSurrounding
     const Ball* b = partner(pair);
     if (balls[index(pair.a)].impacts != now.impacts_a) continue;
     if (b != nullptr && b->impacts != now.impacts_b) continue;
-    strike(now.pair, now.time);
+    strike(now.pair, now.time, surroundings);
     for (const std::int32_t ball : changed_) surroundings.look_around(ball, now.time);
     link_new_pairs();
     for (const std::int32_t ball : changed_) foresee_all_of(ball, now.time);
@@ -128,9 +127,9 @@ void BallEvents::foresee_all_of(std::int32_t ball, double now) {
 }
 
 /// The impact of a pair, and of all that touches it.
-void BallEvents::strike(std::int32_t pair, double t) {
+void BallEvents::strike(std::int32_t pair, double t, BallSurroundings& surroundings) {
   ++report_.impacts;
-  gather(pair, t);
+  gather(pair, t, surroundings);
   if (struck_.size() <= std::size_t{kReflectedTogether}) {
     reflect_together();
   } else {
@@ -170,7 +169,7 @@ bool BallEvents::is_touching(const BallPair& pair, double t, Vector& n) const {
 }
 
 /// All contacts that are connected with it by balls; and these balls, as they are at the time.
-void BallEvents::gather(std::int32_t first, double t) {
+void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surroundings) {
   struck_.clear();
   changed_.clear();
   x_.clear();
@@ -193,18 +192,20 @@ void BallEvents::gather(std::int32_t first, double t) {
           other >= 0 && place_[index(other)] >= 0 && index(place_[index(other)]) < k;
       if (is_known || is_out_[index(pair.a)] != 0) return;
       if (other >= 0 && is_out_[index(other)] != 0) return;
-      Contact contact{number, Vector::Zero(), 0};
+      Contact contact{number, Vector::Zero(), 0, {}};
       if (!is_touching(pair, t, contact.n) && number != first) return;
+      contact.material = surroundings.material_of(pair);
       struck_.push_back(contact);
       take(other);
     });
   }
 }
 
-double BallEvents::restitution(const BallPair& pair) const {
+double BallEvents::restitution(const Contact& contact) const {
+  const BallPair& pair = pairs[index(contact.pair)];
   const Ball* b = partner(pair);
   const int impacts = std::max(balls[index(pair.a)].impacts, b != nullptr ? b->impacts : 0);
-  return impacts < kImpactsMax ? pair.restitution : 0;
+  return impacts < kImpactsMax ? contact.material.restitution : 0;
 }
 
 double BallEvents::normal_velocity(const Contact& contact) const {
@@ -236,7 +237,7 @@ void BallEvents::reflect_together() {
     Contact& only = struck_[0];
     const BallPair& pair = pairs[index(only.pair)];
     const double approach = std::max(-normal_velocity(only), 0.0);
-    push_normal(only, (1 + restitution(pair)) * approach / inverse_mass(pair));
+    push_normal(only, (1 + restitution(only)) * approach / inverse_mass(pair));
     return;
   }
   const auto n = static_cast<Eigen::Index>(struck_.size());
@@ -245,7 +246,7 @@ void BallEvents::reflect_together() {
   for (Eigen::Index i = 0; i < n; ++i) {
     const Contact& one = struck_[static_cast<std::size_t>(i)];
     b[i] = normal_velocity(one);
-    e[i] = restitution(pairs[index(one.pair)]);
+    e[i] = restitution(one);
     for (Eigen::Index j = 0; j <= i; ++j) {
       A(i, j) = A(j, i) = coupling(one, struck_[static_cast<std::size_t>(j)]);
     }
@@ -283,7 +284,7 @@ void BallEvents::reflect_in_order() {
       const BallPair& pair = pairs[index(contact.pair)];
       const double approach = -normal_velocity(contact);
       if (!(approach > 1e-12 * fastest)) continue;
-      const double e = sweep < kImpactsMax ? restitution(pair) : 0;
+      const double e = sweep < kImpactsMax ? restitution(contact) : 0;
       push_normal(contact, (1 + e) * approach / inverse_mass(pair));
       has_changed = true;
     }
@@ -294,8 +295,9 @@ void BallEvents::reflect_in_order() {
 void BallEvents::rub(const Contact& contact, double t) {
   const BallPair& pair = pairs[index(contact.pair)];
   if (contact.impulse <= 0) return;
-  if (!turnings.empty()) rub_turning(contact, t);
-  if (pair.friction == 0) return;
+  const BallMaterial& material = contact.material;
+  if (material.rolling_m > 0 || material.torsional_m > 0) rub_turning(contact, t);
+  if (material.friction == 0) return;
   Ball& a = balls[index(pair.a)];
   Ball* b = pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
   const Vector r_a = a.radius * contact.n;
@@ -308,7 +310,7 @@ void BallEvents::rub(const Contact& contact, double t) {
   v -= contact.n.dot(v) * contact.n;
   const double speed = v.norm();
   if (speed == 0) return;
-  const Vector impulse = -std::min(pair.friction * contact.impulse, speed / K) / speed * v;
+  const Vector impulse = -std::min(material.friction * contact.impulse, speed / K) / speed * v;
   push(contact, impulse);
   spin(a, -a.inverse_inertia * r_a.cross(impulse), t);
   if (b != nullptr) spin(*b, -b->inverse_inertia * b->radius * contact.n.cross(impulse), t);
@@ -316,8 +318,6 @@ void BallEvents::rub(const Contact& contact, double t) {
 
 /// Rolling and torsional friction, of spheres alike about all axes.
 void BallEvents::rub_turning(const Contact& contact, double t) {
-  const auto turning = std::ranges::lower_bound(turnings, contact.pair, {}, &PairTurning::pair);
-  if (turning == turnings.end() || turning->pair != contact.pair) return;
   const BallPair& pair = pairs[index(contact.pair)];
   Ball& a = balls[index(pair.a)];
   Ball* b = pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
@@ -329,8 +329,8 @@ void BallEvents::rub_turning(const Contact& contact, double t) {
     const double size = part.norm();
     return size * (1 / K) > limit ? Vector(-limit / size * part) : Vector(-1 / K * part);
   };
-  const Vector impulse = stopping(W_n, turning->torsional_m * contact.impulse) +
-                         stopping(W_t, turning->rolling_m * contact.impulse);
+  const Vector impulse = stopping(W_n, contact.material.torsional_m * contact.impulse) +
+                         stopping(W_t, contact.material.rolling_m * contact.impulse);
   spin(a, -a.inverse_inertia * impulse, t);
   if (b != nullptr) spin(*b, b->inverse_inertia * impulse, t);
 }
@@ -350,7 +350,7 @@ void BallEvents::rest_if_due(const Contact& contact, double t) {
   const double a = -n.dot(g_);
   const double leaving = n.dot(velocity(ball, t));
   const double left = dt_ - t;
-  if (!(a > 0) || !(2 * leaving <= a * (1 - restitution(pair)) * left)) return;
+  if (!(a > 0) || !(2 * leaving <= a * (1 - restitution(contact)) * left)) return;
   const Vector x = position(ball, t), v = velocity(ball, t);
   const Vector along = g_ + a * n;
   const Vector v_end = v - leaving * n + left * along;

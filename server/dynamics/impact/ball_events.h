@@ -16,6 +16,7 @@ class BallSurroundings {
   virtual ~BallSurroundings() = default;
   /// After an impact at `now`: may add pairs to BallEvents::pairs, their times not yet known.
   virtual void look_around(std::int32_t ball, double now) = 0;
+  virtual BallMaterial material_of(const BallPair& pair) = 0;
 };
 
 struct BallReport {
@@ -30,8 +31,7 @@ class BallEvents {
  public:
   std::vector<Ball> balls;
   std::vector<Obstacle> obstacles;
-  std::vector<BallPair> pairs;        ///< sorted as events at the same time are to be
-  std::vector<PairTurning> turnings;  ///< of those that have it, by pair, ascending
+  std::vector<BallPair> pairs;  ///< sorted as events at the same time are to be
 
   /// Of a tick of `dt` seconds: nothing is there yet.
   void begin(double dt, const Vector& gravity);
@@ -59,6 +59,7 @@ class BallEvents {
     std::int32_t pair;
     Vector n;  // from a to b
     double impulse;
+    BallMaterial material;
   };
 
   double time_of(const BallPair& pair, double now) const;
@@ -67,15 +68,15 @@ class BallEvents {
   void link_new_pairs();
   void foresee(std::int32_t pair, double now);
   void foresee_all_of(std::int32_t ball, double now);
-  void strike(std::int32_t pair, double t);
+  void strike(std::int32_t pair, double t, BallSurroundings& surroundings);
   void stay(Ball& ball, const Vector& x);
-  void gather(std::int32_t pair, double t);
+  void gather(std::int32_t pair, double t, BallSurroundings& surroundings);
   bool is_touching(const BallPair& pair, double t, Vector& n) const;
   void reflect_together();
   void reflect_in_order();
   double coupling(const Contact& one, const Contact& other) const;
   double inverse_mass(const BallPair& pair) const;
-  double restitution(const BallPair& pair) const;
+  double restitution(const Contact& contact) const;
   double normal_velocity(const Contact& contact) const;
   void push(const Contact& contact, const Vector& impulse);
   void push_normal(Contact& contact, double impulse);

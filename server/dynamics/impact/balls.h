@@ -45,14 +45,13 @@ NearestPlane nearest_plane(const Obstacle& obstacle, const Vector& point);
 /// Of two balls, or a ball and an obstacle: `a` and `b` are numbers of balls, b < 0: obstacle ~b.
 struct BallPair {
   std::int32_t a = 0, b = 0;
-  double restitution = 0, friction = 0;
   double time = std::numeric_limits<double>::infinity();  ///< s, of the impact that is expected
 };
 
-/// What a pair has beside friction, if it has any: the greatest angular impulses by the normal one.
-struct PairTurning {
-  std::int32_t pair = 0;
-  double rolling_m = 0, torsional_m = 0;
+/// What a pair's surfaces are to each other.
+struct BallMaterial {
+  double restitution = 0, friction = 0;
+  double rolling_m = 0, torsional_m = 0;  ///< the greatest angular impulses by the normal one
 };
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();

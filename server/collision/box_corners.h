@@ -1,0 +1,14 @@
+/// Boxes apart that are nearest to each other at a corner, or where two edges cross beside what the
+/// axes tell. Private to the box-box pair.
+#pragma once
+
+#include "server/collision/box_batch.h"
+
+namespace cradle {
+
+/// Sets `manifold`: one point, or none and how far the boxes are apart (`lead`). False, and nothing
+/// is set, where more than one point may touch soon, edges are nearly parallel, or they nearly
+/// touch: that is left to a search.
+bool meet_corners(const BoxAxes& boxes, const Pose& X_WA, double margin, Manifold& manifold);
+
+}  // namespace cradle

@@ -1,0 +1,55 @@
+// A warm start gives contacts what they gave in the sub-step before. What a contact at rest bears
+// comes again; a blow does not. One that is given once more sets in motion what it has stopped, and
+// one sweep does not take that back: 40 bricks that fell upon each other gained 29 J in a tick.
+//
+// So the kinetic energy that the warm start gives by contacts of bodies that were struck,
+//   W = sum dp . (v - dv / 2)  of all bodies, dv the change by these contacts, dp = M dv, v after
+//   it
+// must not be above 0 in an island. Contacts at rest, which stop what loads make, take energy. If W
+// is above 0, the impulses of these contacts are scaled to where the energy is least along them.
+#include <algorithm>
+#include <utility>
+
+#include "server/dynamics/contact/body_lines.h"
+
+namespace cradle {
+
+void BodyLines::find_struck(double h, double smooth_factor) {
+  const double smooth_s = smooth_factor * h;
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    note_if_struck(line, all(at(velocities_, line)) - all(at(frees_, line)), smooth_s);
+  }
+}
+
+void BodyLines::begin_repeats() {
+  repeats_.assign(velocities_.size(), BodyLine{});
+  std::swap(velocities_, repeats_);
+}
+
+std::span<const double> BodyLines::limit_repeats() {
+  gains_.assign(islands_count_, {0, 0});
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    const Vector dv = linear(at(repeats_, line)), dw = angular(at(repeats_, line));
+    if (dv.isZero(0) && dw.isZero(0)) continue;
+    Gain& gain = gains_[island_of(line)];
+    gain.all +=
+        kinetic_energy(line, v(line), w(line)) - kinetic_energy(line, v(line) - dv, w(line) - dw);
+    gain.own += kinetic_energy(line, dv, dw);
+  }
+  shares_.assign(islands_count_, 1);
+  bool is_any_less = false;
+  for (std::size_t i = 0; i < islands_count_; ++i) {
+    if (gains_[i].all <= 0) continue;
+    is_any_less = true;
+    // Of a share x: x (all - own) + x^2 own, least at (1 - all / own) / 2.
+    shares_[i] = std::max(0.0, 0.5 * (1 - gains_[i].all / gains_[i].own));
+  }
+  if (!is_any_less) return {};
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    const double less = shares_[island_of(line)] - 1;
+    if (less != 0) all(at(velocities_, line)) += less * all(at(repeats_, line));
+  }
+  return shares_;
+}
+
+}  // namespace cradle

@@ -1,0 +1,68 @@
+// A closed mesh of a hull's faces against the hull itself: what touches the one touches the other,
+// as deep, and what is apart from the one is apart from the other, as far.
+#include "server/collision/manifolds.h"
+#include "tests/unit/collision_fcl_known.h"
+#include "tests/unit/collision_pairs.h"
+
+using namespace cradle;
+
+namespace {
+
+constexpr double kMargin = 0.02;
+
+/// Moved so that the separation along their normal is `wanted`.
+void part_by(Pair& pair, double wanted) {
+  Vector n = Vector::UnitX();
+  for (int k = 0; k < 3; ++k) {
+    const Manifold manifold = pair.collide(100);
+    if (manifold.count > 0) n = manifold.normal_W;
+    pair.X_WB.x += n * overlap(pair, n);
+  }
+  pair.X_WB.x += n * wanted;
+}
+
+double separation_of(const std::vector<Manifold>& manifolds) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Manifold& manifold : manifolds) least = std::min(least, -deepest(manifold));
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("a closed mesh of a hull's faces touches what the hull touches") {
+  Random random(97);
+  int apart = 0, deep = 0, off = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    CAPTURE(trial);
+    const Solid hull = random.solid(ShapeKind::hull);
+    const auto kind = static_cast<ShapeKind>(1 + trial % static_cast<int>(ShapeKind::hull));
+    if (kind == ShapeKind::half_space) continue;
+    Pair pair{hull, random.solid(kind), {random.vector(2), random.rotation()}, {}};
+    pair.X_WB = {pair.X_WA.x + random.vector(0.3), random.rotation()};
+    const bool is_apart = trial % 3 != 0;
+    part_by(pair, is_apart ? random.uniform(1e-4, 0.019) : -std::pow(10, random.uniform(-6, -3)));
+    const Manifold at_hull = pair.collide(10);
+    if (at_hull.count == 0) continue;
+    const double truth = -overlap(pair, at_hull.normal_W);
+    const Solid mesh = mesh_solid(hull.hull());
+    std::vector<Manifold> at_mesh;
+    add_manifolds({mesh.shape, pair.X_WA, mesh.geometry.get()},
+                  {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, kMargin, at_mesh);
+    if (truth > kMargin - 1e-6) continue;
+    CAPTURE(word_of(kind), truth);
+    REQUIRE_FALSE(at_mesh.empty());
+    const double error = std::abs(separation_of(at_mesh) - truth);
+    if (is_apart) {
+      ++apart;
+      REQUIRE(error < 1e-3);
+    } else {
+      ++deep;
+      off += error > 1e-3 * std::abs(truth) + 1e-5 ? 1 : 0;
+      REQUIRE(error < 0.1);
+    }
+  }
+  CAPTURE(off, deep);
+  CHECK(apart > 5000);
+  CHECK(deep > 3000);
+  CHECK(off * 50 < deep);  // edges and faces are looked at by themselves
+}

@@ -14,12 +14,18 @@
 // ridge, and vertices on ridges under C's face. So nothing of how a flat surface is cut into
 // triangles is seen in points and their names.
 //
+// At last, a contact is taken out if C is parted sooner from all of its triangle by a plane that
+// touches the surface elsewhere: a convex surface is left by the shortest way, as if it were a
+// hull.
+//
 // Where we differ: Terdiman ("Generating contacts for meshes", 2015) and Jolt replace normals after
 // collision; here those of edges that cannot be felt are not sought. What has its centre behind a
 // triangle is not stopped by its face.
 #include "server/collision/surface_contacts.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "server/collision/convex_pair.h"
 #include "server/collision/feature_overlap.h"
@@ -28,7 +34,8 @@ namespace cradle {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kFanMax = 1000;  // triangles around a vertex that are looked at
+constexpr std::size_t kFanMax = 1000;    // triangles around a vertex that are looked at
+constexpr std::size_t kPlanesMax = 256;  // that are asked whether they part C from a triangle
 
 std::size_t before(std::size_t k) { return k == 0 ? 2 : k - 1; }
 std::size_t after(std::size_t k) { return k == 2 ? 0 : k + 1; }
@@ -142,7 +149,7 @@ struct SurfaceContactFinder::Over {
 
 SurfaceContactFinder::SurfaceContactFinder(const SurfaceView& surface, const Collider& convex,
                                            const Pose& X_SC, double margin,
-                                           std::vector<SurfaceContact>& contacts)
+                                           SurfaceFindings& findings)
     : surface_(surface),
       shape_(convex),
       X_SC_(X_SC),
@@ -151,7 +158,9 @@ SurfaceContactFinder::SurfaceContactFinder(const SurfaceView& surface, const Col
       reach_(box_with(shape_, margin)),
       seam_(kTolerances.seam * (1 + X_SC.x.cwiseAbs().maxCoeff())),
       scale_(std::min(1.0, shape_.thickness / kTolerances.nominal_half_extent_m)),
-      contacts_(contacts) {}
+      contacts_(findings.contacts),
+      planes_(findings.planes),
+      wrong_(findings.wrong) {}
 
 /// Farther than the margin, for a face of C's box parts it from C: most that a search would look
 /// at.
@@ -170,6 +179,7 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
   std::int32_t hint = 0;
   const Vector a = X_SC_.x + X_SC_.R * shape_.support(-(X_SC_.R.transpose() * t.normal), hint);
   const double s_core = t.normal.dot(a - t.corners[0]);
+  add_parting(t.normal, t.corners[0], s_core - shape_.radius);
   if (!(s_core - shape_.radius <= margin_)) return;
 
   const Over over(surface_, t);
@@ -222,7 +232,7 @@ void SurfaceContactFinder::add_face_points(const SurfaceTriangle& t, const Over&
   const auto add_at = [&](const Vector& core, std::uint32_t name) {
     const double s = over.height(core) - shape_.radius;
     if (s < least) return;
-    add_point(t.normal, core - t.normal * (shape_.radius + 0.5 * s), s, name);
+    add_point(t, t.normal, core - t.normal * (shape_.radius + 0.5 * s), s, name);
   };
   const auto count = static_cast<std::size_t>(part.count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -267,7 +277,7 @@ void SurfaceContactFinder::add_vertices(const SurfaceTriangle& t, const Over& ov
     }
     if (!is_under) continue;
     const double s = face.normal.dot(face.corners[0] - v) / down - shape_.radius;
-    add_point(t.normal, v + t.normal * (0.5 * s), s, name_of_vertex(t.vertices[k]));
+    add_point(t, t.normal, v + t.normal * (0.5 * s), s, name_of_vertex(t.vertices[k]));
   }
 }
 
@@ -275,9 +285,48 @@ void SurfaceContactFinder::add_plane(const SurfaceTriangle& t) {
   const SupportFeature part = part_towards(t.normal);
   for (std::size_t i = 0; i < static_cast<std::size_t>(part.count); ++i) {
     const double s = t.normal.dot(part.corners[i] - t.corners[0]) - shape_.radius;
-    add_point(t.normal, part.corners[i] - t.normal * (shape_.radius + 0.5 * s), s,
+    add_point(t, t.normal, part.corners[i] - t.normal * (shape_.radius + 0.5 * s), s,
               name_of_corner(part.corner_names[i]));
   }
+}
+
+/// The most of the separations by planes that its whole triangle is behind: C need not move out by
+/// more to be parted from that triangle.
+double SurfaceContactFinder::parted_by(const SurfaceContact& contact) const {
+  const SurfaceTriangle t = surface_.triangle(contact.triangle);
+  double most = contact.separation;
+  for (const PartingPlane& plane : planes_) {
+    if (plane.separation > most && std::ranges::all_of(t.corners, [&](const Vector& corner) {
+          return plane.normal.dot(corner) <= plane.offset + seam_;
+        })) {
+      most = plane.separation;
+    }
+  }
+  return most;
+}
+
+/// Takes out contacts whose triangles another plane parts from C sooner, such as those with the far
+/// sides of a thin wedge that C touches with its edge. Where no contact is left to hold C off, as
+/// the direction of such a plane was not found by the search, the best stays.
+void SurfaceContactFinder::mark_parted() {
+  if (planes_.size() > kPlanesMax) {
+    std::ranges::stable_sort(planes_, std::greater(), &PartingPlane::separation);
+    planes_.resize(kPlanesMax);
+  }
+  const double slack = scale_ * kTolerances.witness_m;
+  bool is_held = false;
+  std::size_t best = contacts_.size();
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const double s = contacts_[i].separation;
+    if (!(s < 0) || wrong_[i]) continue;
+    const double parted = parted_by(contacts_[i]);
+    wrong_[i] = parted > s + slack;
+    is_held = is_held || !wrong_[i];
+    if (wrong_[i] && parted < 0 && (best == contacts_.size() || s > contacts_[best].separation)) {
+      best = i;
+    }
+  }
+  if (!is_held && best < contacts_.size()) wrong_[best] = false;
 }
 
 /// Both triangles at an edge may have touched it along directions of their own: the one that parts
@@ -298,10 +347,11 @@ void SurfaceContactFinder::settle() {
              return other.edge == c.edge && other.least > c.least + kSame_m;
            });
   };
-  // In two steps: what is taken out still tells about others.
-  std::size_t kept = 0;
+  // In steps: what is taken out still tells about others.
   wrong_.clear();
   for (const SurfaceContact& c : contacts_) wrong_.push_back(is_wrong(c));
+  mark_parted();
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (!wrong_[i]) contacts_[kept++] = contacts_[i];
   }

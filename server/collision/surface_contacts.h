@@ -16,17 +16,34 @@ struct SurfaceContact {
   Vector p;           ///< midway between the two surfaces along the normal
   double separation;  ///< along the normal
   std::uint32_t name;
+  std::int32_t triangle = -1;
   bool is_doubtful = false;  ///< along a normal that is only known to be one of the surface
   std::uint64_t edge = 0;    ///< of a contact with an edge: which; else 0
   double least = 0;          ///< of such a contact: separation by the direction that was found
 };
 
+/// A plane that touches the surface: C, moved out by its separation, is in front.
+struct PartingPlane {
+  Vector normal;      ///< unit, one of the surface
+  double offset;      ///< m; the plane is normal . p = offset
+  double separation;  ///< of C, along the normal
+};
+
+/// What was found, in room that is used again.
+struct SurfaceFindings {
+  std::vector<SurfaceContact> contacts;
+  std::vector<PartingPlane> planes;
+  std::vector<bool> wrong;  ///< of contacts
+
+  void clear() { contacts.clear(), planes.clear(), wrong.clear(); }
+};
+
 /// C over one triangle after the other.
 class SurfaceContactFinder {
  public:
-  /// `X_SC` is the convex collider's pose in S. Contacts are appended to `contacts`.
+  /// `X_SC` is the convex collider's pose in S. `findings` is empty.
   SurfaceContactFinder(const SurfaceView& surface, const Collider& convex, const Pose& X_SC,
-                       double margin, std::vector<SurfaceContact>& contacts);
+                       double margin, SurfaceFindings& findings);
 
   void add(const SurfaceTriangle& triangle);
 
@@ -60,9 +77,15 @@ class SurfaceContactFinder {
   void add_face_of_least(const SurfaceTriangle& t, const Over& over, const Touch& touch);
   bool add_edge_or_vertex(const SurfaceTriangle& t, Touch& touch);
   Nearest add_nearest(const SurfaceTriangle& t, const Over& over, double& least);
-  void add_point(const Vector& normal, const Vector& p, double separation, std::uint32_t name) {
-    if (separation <= margin_) contacts_.push_back({normal, p, separation, name});
+  void add_point(const SurfaceTriangle& t, const Vector& normal, const Vector& p, double separation,
+                 std::uint32_t name) {
+    if (separation <= margin_) contacts_.push_back({normal, p, separation, name, t.number});
   }
+  void add_parting(const Vector& normal, const Vector& p, double separation) {
+    planes_.push_back({normal, normal.dot(p), separation});
+  }
+  double parted_by(const SurfaceContact& contact) const;
+  void mark_parted();
   void mark_doubtful(std::size_t begin) {
     for (std::size_t i = begin; i < contacts_.size(); ++i) contacts_[i].is_doubtful = true;
   }
@@ -76,7 +99,8 @@ class SurfaceContactFinder {
   const double seam_;   ///< m
   const double scale_;  ///< of tolerances that shrink with thin shapes
   std::vector<SurfaceContact>& contacts_;
-  std::vector<bool> wrong_;
+  std::vector<PartingPlane>& planes_;
+  std::vector<bool>& wrong_;
   bool came_from_behind_ = false;
 };
 

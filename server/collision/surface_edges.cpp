@@ -215,7 +215,7 @@ void SurfaceContactFinder::add_face_of_least(const SurfaceTriangle& t, const Ove
     if (contacts_[i].separation < s + touch.scale * kTolerances.witness_m) return;
   }
   const Vector p = X_SC_.x + X_SC_.R * touch.found.p_A;
-  add_point(touch.normal, p - touch.normal * (shape_.radius + 0.5 * s), s, 0);
+  add_point(t, touch.normal, p - touch.normal * (shape_.radius + 0.5 * s), s, 0);
 }
 
 /// False, and nothing is added, if C passes the end of an edge whose wedge was searched.
@@ -250,7 +250,7 @@ bool SurfaceContactFinder::add_edge_or_vertex(const SurfaceTriangle& t, Touch& t
   const auto emit = [&](const Vector& p, double separation, std::uint32_t name) {
     if (!(separation <= margin_)) return;
     contacts_.push_back({touch.normal, X_SC_.x + X_SC_.R * (T.transpose() * p), separation, name,
-                         touch.is_in_wedge, key, s});
+                         t.number, touch.is_in_wedge, key, s});
   };
   for (const FeatureContact& point : points.used()) {
     if (point.is_guess) continue;
@@ -299,7 +299,9 @@ SurfaceContactFinder::Nearest SurfaceContactFinder::add_nearest(const SurfaceTri
     touch.take_wedge(pair, X_SC_.R, t, edge, hints);
     least = touch.separation;
   }
-  return add_edge_or_vertex(t, touch) ? Nearest::edge : Nearest::none;
+  if (!add_edge_or_vertex(t, touch)) return Nearest::none;
+  add_parting(touch.normal, t.corners[touch.is_edge ? touch.top.edge : touch.top.vertex], least);
+  return Nearest::edge;
 }
 
 }  // namespace cradle

@@ -44,7 +44,7 @@ struct Candidate {
 
 /// Room that is used again.
 struct Room {
-  std::vector<SurfaceContact> contacts;
+  SurfaceFindings findings;
   std::vector<std::uint32_t> order;  ///< of contacts, the deepest first
   std::vector<std::uint32_t> members;
   std::vector<Candidate> candidates;
@@ -56,7 +56,7 @@ void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& man
   const Vector x = helper.cross(n).normalized(), y = n.cross(x);
   room.candidates.clear();
   for (const std::uint32_t i : room.members) {
-    const SurfaceContact& c = room.contacts[i];
+    const SurfaceContact& c = room.findings.contacts[i];
     room.candidates.push_back({{x.dot(c.p), y.dot(c.p), c.separation}, &c});
   }
   // By name, so that rounding does not choose.
@@ -83,7 +83,7 @@ void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& man
 /// Groups the contacts, the deepest first, which gives its group the normal.
 void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
            std::vector<Manifold>& manifolds) {
-  const std::vector<SurfaceContact>& all = room.contacts;
+  const std::vector<SurfaceContact>& all = room.findings.contacts;
   room.order.resize(all.size());
   for (std::uint32_t i = 0; i < room.order.size(); ++i) room.order[i] = i;
   std::stable_sort(room.order.begin(), room.order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -188,7 +188,7 @@ void push_out(const SurfaceView& surface, SurfaceContactFinder& finder, double r
 
 Room& room_of_thread() {
   thread_local Room room;
-  room.contacts.clear();
+  room.findings.clear();
   return room;
 }
 
@@ -207,13 +207,13 @@ void add_surface_manifolds(const Collider& collider, const Collider& convex, dou
                   X_WS.R.transpose() * convex.X_WB.R};
   if (!surface.is_there() || !is_finite(X_SC)) return;
   Room& room = room_of_thread();
-  SurfaceContactFinder finder(surface, convex, X_SC, margin, room.contacts);
+  SurfaceContactFinder finder(surface, convex, X_SC, margin, room.findings);
   const Aabb box = bounds(Collider{convex.shape, X_SC, convex.geometry});
   surface.for_each_in(swept(box, Vector::Zero(), margin),
                       [&](std::int32_t t) { finder.add(surface.triangle(t)); });
   finder.settle();
-  if (finder.came_from_behind() || room.contacts.empty()) {
-    push_out(surface, finder, (box.upper - box.lower).maxCoeff(), room.contacts);
+  if (finder.came_from_behind() || room.findings.contacts.empty()) {
+    push_out(surface, finder, (box.upper - box.lower).maxCoeff(), room.findings.contacts);
   }
   group(X_WS, finder.same_place(), part, room, manifolds);
 }
@@ -231,7 +231,7 @@ void add_surface_half_space(const Collider& collider, const Collider& half_space
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     const double s = up.dot(vertices[v]) + offset;
     if (s > margin) continue;
-    room.contacts.push_back(
+    room.findings.contacts.push_back(
         {-up, vertices[v] - up * (0.5 * s), s, name_of_vertex(static_cast<std::int32_t>(v))});
   }
   group(X_WS, 0, part, room, manifolds);

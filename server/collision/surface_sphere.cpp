@@ -54,7 +54,7 @@ void SurfaceContactFinder::add_sphere(const SurfaceTriangle& t) {
       came_from_behind_ = true;
       return;
     }
-    return add_point(t.normal, c - t.normal * (0.5 * (h + r)), h - r, 0);
+    return add_point(t, t.normal, c - t.normal * (0.5 * (h + r)), h - r, 0);
   }
   const double d = std::sqrt(nearest2);
   if (!(d - r <= margin_)) return;
@@ -64,7 +64,7 @@ void SurfaceContactFinder::add_sphere(const SurfaceTriangle& t) {
       along > 0 && along < length
           ? admits_edge(surface_, t, nearest, m, sine)
           : admits_vertex(surface_, t, along > 0 ? (nearest + 1) % 3 : nearest, m, sine);
-  if (is_admitted) add_point(m, 0.5 * (q + c - r * m), d - r, 0);
+  if (is_admitted) add_point(t, m, 0.5 * (q + c - r * m), d - r, 0);
 }
 
 }  // namespace cradle

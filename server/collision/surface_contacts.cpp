@@ -206,6 +206,7 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
       if (is_front) add_face_points(t, over, true, std::min(least, 0.0));
       return;
     case Nearest::none:
+      if (least < passed_separation_) passed_ = t.number, passed_separation_ = least;
       if (is_front) {
         const std::size_t begin = contacts_.size();
         add_face_points(t, over, true, -kInfinity);
@@ -281,28 +282,37 @@ void SurfaceContactFinder::add_vertices(const SurfaceTriangle& t, const Over& ov
   }
 }
 
-void SurfaceContactFinder::add_plane(const SurfaceTriangle& t) {
-  const SupportFeature part = part_towards(t.normal);
+void SurfaceContactFinder::add_plane(std::int32_t triangle, const Vector& normal, double offset,
+                                     double least) {
+  const SupportFeature part = part_towards(normal);
   for (std::size_t i = 0; i < static_cast<std::size_t>(part.count); ++i) {
-    const double s = t.normal.dot(part.corners[i] - t.corners[0]) - shape_.radius;
-    add_point(t, t.normal, part.corners[i] - t.normal * (shape_.radius + 0.5 * s), s,
-              name_of_corner(part.corner_names[i]));
+    const double s = std::max(normal.dot(part.corners[i]) - offset - shape_.radius, least);
+    if (!(s <= margin_)) continue;
+    contacts_.push_back({normal, part.corners[i] - normal * (shape_.radius + 0.5 * s), s,
+                         name_of_corner(part.corner_names[i]), triangle});
   }
 }
 
-/// The most of the separations by planes that its whole triangle is behind: C need not move out by
-/// more to be parted from that triangle.
-double SurfaceContactFinder::parted_by(const SurfaceContact& contact) const {
-  const SurfaceTriangle t = surface_.triangle(contact.triangle);
-  double most = contact.separation;
+void SurfaceContactFinder::add_way_out() {
+  if (passed_ < 0) return;
+  if (const PartingPlane* plane = parting_plane(passed_, -kInfinity)) {
+    add_plane(passed_, plane->normal, plane->offset, passed_separation_);
+  }
+}
+
+/// Of the planes that the whole triangle is behind, the one that parts C from it soonest, if its
+/// separation is more than `from`: C need not move out by more.
+const PartingPlane* SurfaceContactFinder::parting_plane(std::int32_t triangle, double from) const {
+  const SurfaceTriangle t = surface_.triangle(triangle);
+  const PartingPlane* best = nullptr;
   for (const PartingPlane& plane : planes_) {
-    if (plane.separation > most && std::ranges::all_of(t.corners, [&](const Vector& corner) {
+    if (plane.separation > from && std::ranges::all_of(t.corners, [&](const Vector& corner) {
           return plane.normal.dot(corner) <= plane.offset + seam_;
         })) {
-      most = plane.separation;
+      best = &plane, from = plane.separation;
     }
   }
-  return most;
+  return best;
 }
 
 /// Takes out contacts whose triangles another plane parts from C sooner, such as those with the far
@@ -319,10 +329,11 @@ void SurfaceContactFinder::mark_parted() {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const double s = contacts_[i].separation;
     if (!(s < 0) || wrong_[i]) continue;
-    const double parted = parted_by(contacts_[i]);
-    wrong_[i] = parted > s + slack;
+    const PartingPlane* sooner = parting_plane(contacts_[i].triangle, s + slack);
+    wrong_[i] = sooner != nullptr;
     is_held = is_held || !wrong_[i];
-    if (wrong_[i] && parted < 0 && (best == contacts_.size() || s > contacts_[best].separation)) {
+    if (wrong_[i] && sooner->separation < 0 &&
+        (best == contacts_.size() || s > contacts_[best].separation)) {
       best = i;
     }
   }

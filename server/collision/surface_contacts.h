@@ -51,7 +51,13 @@ class SurfaceContactFinder {
   bool came_from_behind() const { return came_from_behind_; }
 
   /// C against all of the half-space behind the triangle's plane.
-  void add_plane(const SurfaceTriangle& triangle);
+  void add_plane(const SurfaceTriangle& triangle) {
+    add_plane(triangle.number, triangle.normal, triangle.normal.dot(triangle.corners[0]),
+              -std::numeric_limits<double>::infinity());
+  }
+  /// Likewise by the plane that parts C soonest from the triangle that it passes through most, no
+  /// deeper than it does that. To be called where nothing else touches: no way out was found.
+  void add_way_out();
 
   /// C's middle.
   const Vector& centre() const { return centre_; }
@@ -84,7 +90,8 @@ class SurfaceContactFinder {
   void add_parting(const Vector& normal, const Vector& p, double separation) {
     planes_.push_back({normal, normal.dot(p), separation});
   }
-  double parted_by(const SurfaceContact& contact) const;
+  void add_plane(std::int32_t triangle, const Vector& normal, double offset, double least);
+  const PartingPlane* parting_plane(std::int32_t triangle, double from) const;
   void mark_parted();
   void mark_doubtful(std::size_t begin) {
     for (std::size_t i = begin; i < contacts_.size(); ++i) contacts_[i].is_doubtful = true;
@@ -102,6 +109,8 @@ class SurfaceContactFinder {
   std::vector<PartingPlane>& planes_;
   std::vector<bool>& wrong_;
   bool came_from_behind_ = false;
+  std::int32_t passed_ = -1;      ///< the triangle that C passes through most without a contact,
+  double passed_separation_ = 0;  ///< and how deep
 };
 
 std::uint32_t name_of_corner(std::uint32_t name);                     ///< of C

@@ -178,6 +178,7 @@ void push_out(const SurfaceView& surface, SurfaceContactFinder& finder, double r
     }
   } else if (surface.mesh()->is_closed) {
     number = nearest_around(surface, c, reach);
+    if (number < 0 && contacts.empty()) return finder.add_way_out();
   } else if (finder.came_from_behind()) {
     number = just_behind(surface, c, 0.5 * finder.thickness());
   }

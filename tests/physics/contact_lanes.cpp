@@ -237,9 +237,8 @@ TEST_CASE("points that carry together are solved at once") {
                            kStep.impulse_scale * K(i, i) * p.lambda;
       const double bias = std::max(kStep.mass_scale * kStep.bias_rate * p.s0, -limit);
       const double vn = before.normal_velocity(p);
-      rest[i] = p.s0 > 0
-                    ? vn + p.s0 / kStep.h
-                    : vn + (bias + kStep.impulse_scale * K(i, i) * p.lambda) / kStep.mass_scale;
+      const double give = kStep.impulse_scale * K(i, i) * p.lambda / kStep.mass_scale;
+      rest[i] = vn + give + (p.s0 > 0 ? p.s0 / kStep.h : bias / kStep.mass_scale);
       old[i] = p.lambda;
     }
     Eigen::MatrixXd soft = K;

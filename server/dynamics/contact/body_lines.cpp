@@ -30,7 +30,9 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   for (std::int32_t line = 0; line < moving_; ++line) {
     const std::int32_t slot = tick.moving[static_cast<std::size_t>(line)];
     enter(line, slot);
-    at(states_, line).slot = static_cast<std::size_t>(slot);
+    State& state = at(states_, line);
+    state.slot = static_cast<std::size_t>(slot);
+    state.rests = !tick.resting.empty() && at(tick.resting, line) != 0;
     begin(line, inverse_inertia_W[static_cast<std::size_t>(slot)]);
   }
   for (std::int32_t k = 0; k < driven_; ++k) {
@@ -140,7 +142,7 @@ void BodyLines::integrate_positions(double h, double smooth_factor) {
     const auto v_begin = linear(at(begins_, line)), w_begin = angular(at(begins_, line));
     const Vector change = v(line) - v_begin;
     const double smooth = smooth_factor * h * state.pull;
-    const bool is_smooth = change.squaredNorm() <= smooth * smooth;
+    const bool is_smooth = !state.rests && change.squaredNorm() <= smooth * smooth;
     const Vector step = h * (is_smooth ? Vector(v_begin + 0.5 * change) : Vector(v(line)));
     if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
     if (state.tumbles || !state.turns) {  // the gyroscopic step is implicit, too

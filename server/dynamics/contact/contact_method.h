@@ -157,8 +157,8 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
       const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
       const V yields = at<V>(c.yields[i], lane);
       const V bias = bias_of<V>(step, s, yields, lambda);
-      const V soft = vn[i] + (bias + step.impulse_scale * lambda) / (step.mass_scale * yields);
-      r[i] = s > V{} ? vn[i] + s * haste : soft;
+      const V give = step.impulse_scale * lambda / (step.mass_scale * yields);
+      r[i] = vn[i] + give + (s > V{} ? s * haste : bias / (step.mass_scale * yields));
       r[i] = yields > V{} ? r[i] : V{};
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_soft, r, vn, wrench);
@@ -169,7 +169,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
       const V yields = at<V>(c.yields[i], lane);
       const V soft = -(yields * (step.mass_scale * vn[i]) + bias_of<V>(step, s, yields, lambda) +
                        step.impulse_scale * lambda);
-      const V ahead = -yields * (vn[i] + s * haste);
+      const V ahead = -(yields * (vn[i] + s * haste) + step.impulse_scale * lambda);
       const V change = s > V{} ? ahead : soft;
       add_normal<V, points>(c, lane, i, is_done ? V{} : change, vn, wrench);
     }

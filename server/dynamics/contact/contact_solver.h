@@ -25,6 +25,8 @@ struct ContactTick {
   /// together.
   std::span<const std::int32_t> islands = {};
   std::size_t islands_count = 1;
+  /// Of `moving`, in their order: 1 if it lies among others and none moves much. Empty: none does.
+  std::span<const std::uint8_t> resting = {};
 };
 
 /// Islands that took the same number of sub-steps.

@@ -155,8 +155,8 @@ void SingleContact::scale_struck(std::span<const double> shares) {
 void SingleContact::solve(const SubStep& step) {
   for (ConstraintPoint& p : c_.used()) p.s = separation(p);
   sweep([&](const ConstraintPoint& p) {
-    if (p.s > 0) return -(normal_velocity(p) + p.s * haste_ / step.h) / p.K_normal;
     const double decay = step.impulse_scale * p.lambda;
+    if (p.s > 0) return -(normal_velocity(p) + p.s * haste_ / step.h) / p.K_normal - decay;
     const double limit = std::max(step.push_speed, -step.push_rate * p.s) + decay * p.K_normal;
     const double bias = std::max(step.mass_scale * step.bias_rate * p.s, -limit);
     return -(step.mass_scale * normal_velocity(p) + bias) / p.K_normal - decay;

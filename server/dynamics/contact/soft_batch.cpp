@@ -6,7 +6,9 @@
 // Where we differ: the contact frequency is tied to the sub-step (0.177 / h instead of a fixed
 // cap), so that the sag under a load F, delta = F / (m omega^2), falls as h^2; the push-out limit
 // bounds the excess over the carried load, not the load; positions move with the mean velocity of a
-// sub-step, so that smooth motion (flight, sliding) is second order.
+// sub-step, so that smooth motion (flight, sliding) is second order. Not those of bodies that rest
+// on each other: what sways with omega grows by omega^2 h / 4 a second by that (a wall of 465 cubes
+// rocked by 0.04 m/s for good), with the velocity at the end it neither grows nor shrinks.
 //
 // Symbols, frame W: h sub-step, s separation, vn normal velocity, lambda normal impulse, K inverse
 // effective mass, dp and theta displacement and rotation since the tick's start.
@@ -14,8 +16,9 @@
 //   mass scale ms = a2 / (1 + a2), impulse scale is = 1 / (1 + a2), bias rate br = omega / a1
 //   soft:  lambda += -(ms vn + bias) / K - is lambda, bias = ms br s, lambda >= 0
 //   relax: lambda += -vn / K, lambda >= 0; then friction, lambda_t += -vt / K_t with K_t the
-//   largest in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone) speculative
-//   points (s > 0): lambda += -(vn + s / h) / K in both.
+//   largest in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone)
+//   speculative points (s > 0): lambda += -(vn + s / h) / K, soft: - is lambda, too; or else what
+//   is carried at s = +0 would not sink in at all
 //   rolling and torsional friction come last, where there are any: turning_contact.cpp
 // Order: 2 in the position of smooth motion, 1 in impacts. Cost: about 100 ns a point and sub-step.
 #include "server/dynamics/contact/soft_batch.h"

@@ -234,11 +234,14 @@ class SoftStep final : public ContactSolver {
     if (islands == 0) return;
     moving_.clear();
     island_of_moving_.clear();
+    resting_.clear();
     for (std::size_t k = 0; k < tick.moving.size(); ++k) {
       const std::size_t island = islands_.of(static_cast<std::int32_t>(k));
       if (!is_meant(island)) continue;
       moving_.push_back(tick.moving[k]);
       island_of_moving_.push_back(static_cast<std::int32_t>(island));
+      const bool rests = sizes_[island] > 1 && ways_[island] == 0;
+      resting_.push_back(rests && is_slow(tick, arrays, tick.moving[k]) ? 1 : 0);
     }
     chosen_.clear();
     for (std::size_t k = 0; k < constraints.size(); ++k) {
@@ -248,6 +251,7 @@ class SoftStep final : public ContactSolver {
     tick.moving = moving_;
     tick.islands = island_of_moving_;
     tick.islands_count = islands_.count();
+    tick.resting = resting_;
     batch_.advance(tick, arrays, inverse_inertia_W, chosen_, past);
     report_.impacts_ordered += batch_.impacts_ordered();
     report_.paid_J += batch_.paid_J();
@@ -265,6 +269,12 @@ class SoftStep final : public ContactSolver {
       }
     }
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
+  }
+
+  /// No faster than kRestTicks make it.
+  static bool is_slow(const ContactTick& tick, const BodyArrays& arrays, std::int32_t slot) {
+    const double slow = kRestTicks * tick.dt * arrays.acceleration[index(slot)].norm();
+    return arrays.v[index(slot)].squaredNorm() <= slow * slow;
   }
 
   SubStepChoice& choice_of(int n) {
@@ -298,6 +308,7 @@ class SoftStep final : public ContactSolver {
   std::vector<int> sub_steps_;  // by island
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;  // likewise
+  std::vector<std::uint8_t> resting_;           // likewise
   std::vector<ContactConstraint*> chosen_;
 };
 

@@ -1,24 +1,95 @@
 #include "server/world/contact_cache.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace cradle {
+
+namespace {
+
+/// Of the arm: points of one face are no farther from its plane.
+constexpr double kInPlane = 0.05;
+/// Of the force: what points may be asked to pull before they are said not to carry the same.
+constexpr double kMayPull = 0.05;
+
+std::span<ConstraintPoint>::iterator find(std::span<ConstraintPoint> points,
+                                          std::uint64_t feature) {
+  return std::ranges::find(points, feature, &ConstraintPoint::feature);
+}
+
+}  // namespace
 
 void ContactCache::Reader::restore(ContactConstraint& c) {
   const auto pair =
       std::pair(ids_[static_cast<std::size_t>(c.a)], ids_[static_cast<std::size_t>(c.b)]);
   while (entry_ != end_ && std::pair(entry_->a, entry_->b) < pair) ++entry_;
+  int gone = 0, found = 0;
   for (auto e = entry_; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
     if (e->part != c.part) continue;
     c.is_known = true;
-    if (e->feature == kTurningFeature) c.torque = e->friction;
-    for (ConstraintPoint& p : c.used()) {
-      if (p.feature != e->feature) continue;
-      p.force = e->force;
-      p.press = e->press;
-      p.force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
+    if (e->feature == kTurningFeature) {
+      c.torque = e->friction;
+      continue;
     }
+    const auto p = find(c.used(), e->feature);
+    if (p == c.used().end()) {
+      gone += e->force > 0 ? 1 : 0;
+      continue;
+    }
+    ++found;
+    p->force = e->force;
+    p->press = e->press;
+    p->force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
+  }
+  if (gone > 0 && found < c.count) hand_on(c, entry_);
+}
+
+/// The least forces l_i >= 0 of the new points with  sum l_i (1, u_i, v_i) = sum of what is gone,
+/// u and v in the plane of contact:  l_i = (1, u_i, v_i) . y,  sum (1, u, v)(1, u, v)^T y = that
+/// sum.
+void ContactCache::Reader::hand_on(ContactConstraint& c,
+                                   std::vector<CachedForce>::const_iterator of_pair) {
+  const auto pair = std::pair(of_pair->a, of_pair->b);
+  std::array<ConstraintPoint*, kManifoldPoints> fresh{};
+  std::size_t count = 0;
+  for (ConstraintPoint& p : c.used()) fresh[count++] = &p;
+  Vector gone = Vector::Zero(), friction = Vector::Zero();
+  const Vector origin = c.points[0].rA;
+  const auto in_plane = [&](const Vector& arm) {
+    return Vector(1, c.t1.dot(arm - origin), c.t2.dot(arm - origin));
+  };
+  double press = 0;
+  for (auto e = of_pair; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
+    if (e->part != c.part || e->feature == kTurningFeature) continue;
+    const auto p = find(c.used(), e->feature);
+    if (p != c.used().end()) {
+      const auto last = std::remove(fresh.begin(), fresh.begin() + count, &*p);
+      count = static_cast<std::size_t>(last - fresh.begin());
+      continue;
+    }
+    if (std::abs(c.n.dot(e->arm - origin)) > kInPlane * origin.norm()) return;
+    gone += e->force * in_plane(e->arm);
+    friction += e->friction;
+    press = std::max(press, e->press);
+  }
+  const std::span<ConstraintPoint*> points(fresh.data(), count);
+  Matrix G = Matrix::Zero();
+  for (const ConstraintPoint* p : points) G += in_plane(p->rA) * in_plane(p->rA).transpose();
+  G += 1e-9 * G.trace() * Matrix::Identity();
+  const Vector y = G.ldlt().solve(gone);
+  double sum = 0;
+  for (const ConstraintPoint* p : points) {
+    const double force = y.dot(in_plane(p->rA));
+    if (force < -kMayPull * gone[0]) return;
+    sum += std::max(force, 0.0);
+  }
+  if (!(sum > 0)) return;
+  for (ConstraintPoint* p : points) {
+    const double share = std::max(y.dot(in_plane(p->rA)), 0.0) / sum;
+    p->force = share * gone[0];
+    p->force_t = share * Eigen::Vector2d(c.t1.dot(friction), c.t2.dot(friction));
+    p->press = p->force > 0 ? press : 0;
   }
 }
 
@@ -29,11 +100,11 @@ void ContactCache::store(std::span<const std::int64_t> ids,
     for (const ConstraintPoint& p : c.used()) {
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
                           c.part, p.feature, p.force, p.press,
-                          p.force_t.x() * c.t1 + p.force_t.y() * c.t2});
+                          p.force_t.x() * c.t1 + p.force_t.y() * c.t2, p.rA});
     }
     if (c.turns_heavily()) {
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          c.part, kTurningFeature, 0, 0, c.torque});
+                          c.part, kTurningFeature, 0, 0, c.torque, Vector::Zero()});
     }
   }
 }

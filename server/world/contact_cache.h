@@ -19,6 +19,7 @@ struct CachedForce {
   double force = 0;                  ///< N
   double press = 0;                  ///< m/s^2, see ConstraintPoint
   Vector friction = Vector::Zero();  ///< N, in W: survives a turn of the tangents
+  Vector arm = Vector::Zero();       ///< m, in W, from A's centre
 };
 
 /// Of no point: their features have 32 bits.
@@ -32,9 +33,14 @@ class ContactCache {
    public:
     Reader(const ContactCache& cache, std::span<const std::int64_t> ids)
         : ids_(ids), entry_(cache.entries_.begin()), end_(cache.entries_.end()) {}
+    /// Which four of eight points stand for a face may change from tick to tick: what points
+    /// carried that have gone, those that are new carry on, all together with the same force and
+    /// torque.
     void restore(ContactConstraint& c);
 
    private:
+    void hand_on(ContactConstraint& c, std::vector<CachedForce>::const_iterator of_pair);
+
     std::span<const std::int64_t> ids_;
     std::vector<CachedForce>::const_iterator entry_, end_;
   };

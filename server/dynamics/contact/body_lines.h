@@ -72,8 +72,8 @@ class BodyLines {
   std::size_t island_of(std::int32_t a, std::int32_t b) const {
     return island_of(yields(a) ? a : b);
   }
-  /// With the mean velocity of the sub-step where it is smooth: without an impact. But of what rests
-  /// among others with the last: springs between bodies, and the mean, feed what sways.
+  /// With the mean velocity of the sub-step where it is smooth: without an impact. But of what
+  /// rests among others with the last: springs between bodies, and the mean, feed what sways.
   void integrate_positions(double h, double smooth_factor);
   /// Gives the bodies their poses and velocities at the tick's end.
   void finish();

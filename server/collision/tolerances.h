@@ -31,8 +31,9 @@ struct CollisionTolerances {
 
   /// m, scaled. A corner this far outside the reference face counts as above it, so that the
   /// points of a swaying, flush stack keep their names. And a face still counts where the other box
-  /// reaches this much deeper beside it than over it. Test: "a flush stack keeps its features
-  /// while it sways".
+  /// reaches this much deeper beside it than over it, and where edges part the boxes but they
+  /// overlap along its normal by less. Test: "a flush stack keeps its features while it sways",
+  /// "heaps of cubes come to rest, or nearly".
   double clip_slack_m = 1e-3;
 
   /// m. When four of more points are chosen, depths and distances closer than this count as equal,

@@ -41,7 +41,7 @@ TEST_CASE("heaps of cubes come to rest, or nearly") {
   // every tick, or which four of eight points stood for a face, and forgot what they had carried.
   // Some still rock between two choices of four.
   int cubes = 0, moving = 0;
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
     World world(settings());
     add_heap(world, 6, 10, seed);
     steps(world, 1600);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "server/collision/geometry.h"
+#include "server/dynamics/contact/contact_constraint.h"
 #include "server/dynamics/loads.h"
 #include "server/dynamics/mass_properties.h"
 
@@ -66,6 +67,7 @@ struct BodyTable {
       island;                   ///< of sleepers: id of the first body that sleeps with it; or 0
   std::vector<Vector> still_x;  ///< where it has been still
   std::vector<Rotation> still_q;
+  std::vector<Sway> sway;
 
   std::size_t size() const { return id.size(); }
 
@@ -97,6 +99,7 @@ struct BodyTable {
     f("island", island);
     f("still_x", still_x);
     f("still_q", still_q);
+    f("sway", sway);
   }
 
   /// Where the body is, if it exists.

@@ -18,6 +18,7 @@ struct CachedForce {
   std::uint64_t feature = 0;
   double force = 0;                  ///< N
   double press = 0;                  ///< m/s^2, see ConstraintPoint
+  double K_normal = 0;               ///< 1/kg, likewise
   Vector friction = Vector::Zero();  ///< N, in W: survives a turn of the tangents
   Vector arm = Vector::Zero();       ///< m, in W, from A's centre
 };

@@ -214,8 +214,9 @@ static_assert(sizeof(Shape) == 8 + 8 * sizeof(double));
 static_assert(sizeof(ActiveWrench) == 2 * 8 + 4 * 4 + 6 * sizeof(double) + 8);
 static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
 static_assert(sizeof(BodyLoad) == 8 + 6 * sizeof(double));
+static_assert(sizeof(Sway) == 5 * sizeof(double));
 static_assert(sizeof(Drag) == 3 * sizeof(double));
-static_assert(sizeof(CachedForce) == 4 * 8 + 8 * sizeof(double));
+static_assert(sizeof(CachedForce) == 4 * 8 + 9 * sizeof(double));
 static_assert(sizeof(Material) == 4 * sizeof(double) + 2 * 4);
 
 }  // namespace cradle

@@ -56,7 +56,8 @@ BodyArrays World::State::arrays() {
           loads.acceleration,
           loads.torque_W,
           axial_shares,
-          bodies.x_rest};
+          bodies.x_rest,
+          bodies.sway};
 }
 
 FlightArrays World::State::flight_arrays() {

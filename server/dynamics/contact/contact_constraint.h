@@ -13,6 +13,15 @@
 
 namespace cradle {
 
+/// What a group of bodies in contact remembers of its motion; its first body keeps it.
+struct Sway {
+  double kinetic_J = 0;  ///< at the last tick's end
+  double low_J = 0;      ///< where it was lowest
+  double rise_s = 0;     ///< since then
+  double speed_mps = 0;  ///< of its fastest body, at the last tick's end
+  double bodies = 0;     ///< in it; 0: nothing is remembered
+};
+
 /// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.
 struct BodyArrays {
   std::span<Vector> x;                      ///< m, in W
@@ -29,14 +38,15 @@ struct BodyArrays {
   /// across it; else 0. Empty: all 0.
   std::span<const double> axial_share = {};
   std::span<Vector> x_rest =
-      {};  ///< m: what rounding has left out of x, for the next tick. Or empty
+      {};                     ///< m: what rounding has left out of x, for the next tick. Or empty
+  std::span<Sway> sway = {};  ///< empty: nothing comes to rest before its velocities are 0
 };
 
 struct ConstraintPoint {
   Vector rA, rB;         ///< m
   double s0 = 0;         ///< separation at the tick's start
   double s = 0;          ///< at the last evaluation
-  double K_normal = 0;   ///< 1/kg; by find_effective_masses alone
+  double K_normal = 0;   ///< 1/kg; until the solver sets it, that of the tick before
   double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane; likewise
   double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();

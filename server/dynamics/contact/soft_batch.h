@@ -1,6 +1,7 @@
 /// Islands that take the same number of sub-steps: see soft_batch.cpp.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,8 +23,10 @@ double contact_angle();
 double push_speed();
 
 /// What contacts carried in the tick before is what they will carry; or it pushes many apart; or
-/// the loads of a body have just changed; or there is no such contact.
-enum class Past : std::uint8_t { lasts, parts, changes, none };
+/// the loads of a body have just changed; or there is no such contact; or it holds all as it is.
+enum class Past : std::uint8_t { lasts, parts, changes, none, rests };
+inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past::none,
+                                   Past::rests};
 
 class SoftBatch {
  public:

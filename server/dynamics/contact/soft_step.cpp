@@ -20,6 +20,7 @@
 #include <numeric>
 
 #include "server/dynamics/contact/islands.h"
+#include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
 
 namespace cradle {
@@ -61,9 +62,10 @@ class SoftStep final : public ContactSolver {
     find_ways(tick, arrays);
     find_pasts(tick, arrays, constraints);
     choose_sub_steps(tick, arrays, constraints);
+    find_resting(tick, arrays, inverse_inertia_W, constraints);
     const auto advance_with = [&](int n) {
       if (std::ranges::find(sub_steps_, n) == sub_steps_.end()) return;
-      for (const Past past : {Past::lasts, Past::parts, Past::changes, Past::none}) {
+      for (const Past past : kPasts) {
         advance_islands_with(n, past, tick, arrays, inverse_inertia_W, constraints);
       }
     };
@@ -72,6 +74,9 @@ class SoftStep final : public ContactSolver {
     } else {
       for (const int n : kSubSteps) advance_with(n);
     }
+    PointResidual& most = report_.residual.most;
+    most.natural_mps = std::max(most.natural_mps, settling_.unbalanced_mps());
+    settling_.damp(tick, arrays, grouping(), is_calm_, report_.balance);
     return report_;
   }
 
@@ -153,6 +158,27 @@ class SoftStep final : public ContactSolver {
       if (past == Past::lasts) continue;
       const double slow = kRestTicks * tick.dt * accelerations_[island_of(pairs_[k])];
       if (closing_speed(constraints[k], arrays) > slow) past = Past::lasts;
+    }
+  }
+
+  Grouping grouping() const { return {islands_, number_, sub_steps_}; }
+
+  /// Groups that stay as they are; and those that may come to rest, because nobody drives them.
+  void find_resting(const ContactTick& tick, const BodyArrays& arrays,
+                    std::span<const Matrix> inverse_inertia_W,
+                    std::span<const ContactConstraint> constraints) {
+    settling_.find(tick, arrays, inverse_inertia_W, grouping(), constraints);
+    is_calm_.assign(islands_.count(), 0);
+    for (std::size_t i = 0; i < pasts_.size(); ++i) {
+      if (settling_.rests(i)) pasts_[i] = Past::rests;
+      is_calm_[i] = ways_[i] == 0 && pasts_[i] != Past::changes ? 1 : 0;
+    }
+    for (const ContactConstraint& c : constraints) {
+      for (const std::int32_t slot : {c.a, c.b}) {
+        const bool is_driven = number_[index(slot)] < 0 && !arrays.v[index(slot)].isZero(0);
+        const bool is_turned = number_[index(slot)] < 0 && !arrays.w[index(slot)].isZero(0);
+        if (is_driven || is_turned) is_calm_[grouping().of(c)] = 0;
+      }
     }
   }
 
@@ -252,23 +278,30 @@ class SoftStep final : public ContactSolver {
     tick.islands = island_of_moving_;
     tick.islands_count = islands_.count();
     tick.resting = resting_;
-    batch_.advance(tick, arrays, inverse_inertia_W, chosen_, past);
-    report_.impacts_ordered += batch_.impacts_ordered();
-    report_.paid_J += batch_.paid_J();
-    report_.residual.add(batch_.residual());
-    report_.balance.add(batch_.balance());
-    report_.body_sub_steps += n * static_cast<std::int64_t>(moving_.size());
+    if (past != Past::rests) {
+      batch_.advance(tick, arrays, inverse_inertia_W, chosen_, past);
+      add_batch(n);
+    }
     const double h = tick.dt / (n * contact_angle());
     SubStepChoice& choice = choice_of(n);
     choice.islands += islands;
     choice.bodies += static_cast<int>(moving_.size());
     for (ContactConstraint* c : chosen_) {
       for (ConstraintPoint& p : c->used()) {
-        p.press = press_after(p);
-        choice.sag_m = std::max(choice.sag_m, h * h * std::min(p.press, p.force * p.K_normal));
+        if (past != Past::rests) p.press = press_after(p);
+        const double now = past != Past::rests ? p.force * p.K_normal : p.press;
+        choice.sag_m = std::max(choice.sag_m, h * h * std::min(p.press, now));
       }
     }
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
+  }
+
+  void add_batch(int n) {
+    report_.impacts_ordered += batch_.impacts_ordered();
+    report_.paid_J += batch_.paid_J();
+    report_.residual.add(batch_.residual());
+    report_.balance.add(batch_.balance());
+    report_.body_sub_steps += n * static_cast<std::int64_t>(moving_.size());
   }
 
   /// No faster than kRestTicks make it.
@@ -301,6 +334,8 @@ class SoftStep final : public ContactSolver {
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
   std::vector<Demands> demands_;              // by island
   std::vector<int> least_;                    // sub-steps, by island
+  Settling settling_;
+  std::vector<std::uint8_t> is_calm_;  // by island
   std::vector<std::uint8_t> has_past_, lies_askew_;
   std::vector<Past> pasts_;     // by island
   std::vector<int> excess_;     // of deep contacts over others, by island

@@ -152,6 +152,32 @@ TEST_CASE("a load asks for sub-steps as its square root, and for more where less
   CHECK(sub_steps(10'000, 5e-4) == 64);  // 211: nor more
 }
 
+TEST_CASE("a few heavily loaded contacts of many are made stiffer instead") {
+  // 60 cubes on a plank, and one that carries 63 times its mass. By sub-steps alone: 0.0150 s *
+  // sqrt(64 g / 5e-4) = 16.8, so 20 with a tenth of the load in reserve. Half of that is enough.
+  World world(settings());
+  add_ground(world);
+  BodySpec plank = brick({20, 10, 0.1}, {0, 0, 0.1});
+  plank.mass_kg = 1000;
+  const BodyId below = add(world, plank);
+  for (int i = 0; i < 60; ++i) {
+    add(world, brick({0.5, 0.5, 0.5}, {3.0 * (i % 10) - 13, 3.0 * (i / 10) - 8, 0.7}));
+  }
+  const BodyId cube = add(world, brick({0.5, 0.5, 0.5}, {17, 0, 0.7}));
+  BodySpec heavy = brick({0.5, 0.5, 0.5}, {17, 0, 1.7});
+  heavy.mass_kg = 63;
+  const BodyId above = add(world, heavy);
+  steps(world, 600);
+  const StepReport report = world.step();
+  const double sag = std::max(0.6 - state(world, cube).p_WBo.z + state(world, below).p_WBo.z,
+                              1 - state(world, above).p_WBo.z + state(world, cube).p_WBo.z);
+  CAPTURE(sag, report.sag_expected_m);
+  CHECK(report.islands == 1);
+  CHECK(report.sub_steps_max == 10);
+  CHECK(sag <= 1.01 * 5e-4);
+  CHECK(sag == Approx(report.sag_expected_m).epsilon(0.2));
+}
+
 TEST_CASE("islands that do not touch have sub-steps of their own") {
   WorldSettings how = settings();
   how.contact_tolerance_m = 5e-4;

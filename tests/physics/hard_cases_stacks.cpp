@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "server/dynamics/contact/soft_batch.h"
+#include "server/dynamics/contact/softness.h"
 #include "tests/physics/planar.h"
 #include "tests/physics/worlds.h"
 

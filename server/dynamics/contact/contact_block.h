@@ -26,6 +26,7 @@ struct ContactBlock {
   Row inverse_mass_A, inverse_mass_B;              ///< 1/kg
   Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz
   Row friction;
+  Row mass_scale, impulse_scale, bias_rate;  ///< softness.h
   Row gap_haste;               ///< a gap may close in so much less than a sub-step: 1, or
                                ///< kImpactHaste
   Row yields[kBlockPoints];    ///< 1/K along n; kg
@@ -52,7 +53,6 @@ static_assert(sizeof(BodyLine) == 64);
 
 struct SubStep {
   double h;  ///< s
-  double mass_scale, impulse_scale, bias_rate;
   double push_speed, push_rate;
 };
 
@@ -77,7 +77,7 @@ struct ContactWork {
 
 struct ContactKernels {
   int lanes;
-  void (*prepare)(const BlockRun&, const SubStep&);
+  void (*prepare)(const BlockRun&);
   void (*warm_start)(const BlockRun&, BodyLine* velocities);
   void (*repeat)(const BlockRun&, BodyLine* velocities);  ///< a warm start by that part alone
   void (*scale)(const BlockRun&);                         ///< leaves that part

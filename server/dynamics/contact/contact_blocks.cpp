@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/dynamics/contact/softness.h"
+
 namespace cradle {
 namespace {
 
@@ -48,6 +50,7 @@ Vector centre(const ContactConstraint& c) {
 /// Lanes without a manifold do nothing to nobody.
 void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
   block = ContactBlock{};
+  std::fill_n(block.mass_scale, kBlockLanes, 1);
   std::fill_n(block.a, kBlockLanes, nobody);
   std::fill_n(block.b, kBlockLanes, nobody);
   std::fill_n(block.a_out, kBlockLanes, waste);
@@ -74,6 +77,10 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_
   block.inverse_mass_A[lane] = c.inverse_mass_A;
   block.inverse_mass_B[lane] = c.inverse_mass_B;
   block.friction[lane] = c.friction;
+  const Softness soft = softness_of(c.stiffness, h);
+  block.mass_scale[lane] = soft.mass_scale;
+  block.impulse_scale[lane] = soft.impulse_scale;
+  block.bias_rate[lane] = soft.bias_rate;
   block.gap_haste[lane] = c.restitution > 0 ? kImpactHaste : 1;
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     const ConstraintPoint& p = c.points[i];

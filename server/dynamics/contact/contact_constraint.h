@@ -69,6 +69,7 @@ struct ContactConstraint {
   double friction = 0;
   double restitution = 0;
   double tolerance_m = 0;                 ///< what it may sink in by; 0: the tick's
+  double stiffness = 1;                   ///< see softness.h
   double press = 0;                       ///< m/s^2: the largest of its points at the tick's start
   int carrying = 0;                       ///< points with a force there
   double deepest_m = 0;                   ///< overlap of its points there

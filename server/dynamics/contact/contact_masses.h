@@ -60,7 +60,8 @@ constexpr int joined(int i, int j) {
 
 /// The matrices of joint solving; after `yields` and `coupling`.
 template <class V, int points>
-CRADLE_LANES void invert(ContactBlock& c, int lane, const SubStep& step, const V* is_there) {
+CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there) {
+  const V mass_scale = at<V>(c.mass_scale, lane), impulse_scale = at<V>(c.impulse_scale, lane);
   V K[6], own[points], soft[points], hard[points], sum{}, number{};
   for (int i = 0; i < points * (points - 1) / 2; ++i) K[i] = at<V>(c.coupling[i], lane);
   for (int i = 0; i < points; ++i) {
@@ -72,7 +73,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const SubStep& step, const V
   const V eps = 1e-6 * sum / larger<V>(number, fill<V>(1));
   for (int i = 0; i < points; ++i) {
     hard[i] = is_there[i] != V{} ? own[i] + eps : fill<V>(1);
-    soft[i] = hard[i] + step.impulse_scale / step.mass_scale * own[i];
+    soft[i] = hard[i] + impulse_scale / mass_scale * own[i];
   }
   constexpr std::integral_constant<int, points> size{};
   invert_into<V>(c.inverse_soft, lane, K, soft, size);
@@ -106,7 +107,7 @@ CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
 
 /// The masses that impulses meet.
 template <class V, int points>
-CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, const SubStep& step, bool joint) {
+CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint) {
   const Frame<V> f = frame_at<V>(c, lane);
   const V m = at<V>(c.inverse_mass_A, lane) + at<V>(c.inverse_mass_B, lane);
   const Symmetric<V> IA = symmetric_at<V>(c.inverse_inertia_A, lane);
@@ -136,7 +137,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, const SubStep& step, 
     }
   }
   if constexpr (points > 1) {
-    if (joint) invert<V, points>(c, lane, step, is_there);
+    if (joint) invert<V, points>(c, lane, is_there);
   }
 
   const Triple<V> t1A = cross(arm_A, f.t1), t1B = cross(arm_B, f.t1);

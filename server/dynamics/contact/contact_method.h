@@ -132,13 +132,20 @@ CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, cons
   return is_whole;
 }
 
+/// As softness.h.
+template <class V>
+struct Soft {
+  V mass_scale, impulse_scale, bias_rate;
+};
+
 /// The bias of a soft point, times 1/K.
 template <class V>
-CRADLE_LANES V bias_of(const SubStep& step, const V& s, const V& yields, const V& lambda) {
+CRADLE_LANES V bias_of(const SubStep& step, const Soft<V>& soft, const V& s, const V& yields,
+                       const V& lambda) {
   // max(ms br s, -(limit + is K lambda))
   const V limit = larger<V>(fill<V>(step.push_speed), -step.push_rate * s);
-  return larger<V>(yields * (step.mass_scale * step.bias_rate * s),
-                   -(yields * limit + step.impulse_scale * lambda));
+  return larger<V>(yields * (soft.mass_scale * soft.bias_rate * s),
+                   -(yields * limit + soft.impulse_scale * lambda));
 }
 
 template <class V, int points, bool joint>
@@ -149,6 +156,8 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
+  const Soft<V> soft{at<V>(c.mass_scale, lane), at<V>(c.impulse_scale, lane),
+                     at<V>(c.bias_rate, lane)};
   Wrench<V> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
@@ -156,9 +165,9 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
     for (int i = 0; i < points; ++i) {
       const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
       const V yields = at<V>(c.yields[i], lane);
-      const V bias = bias_of<V>(step, s, yields, lambda);
-      const V give = step.impulse_scale * lambda / (step.mass_scale * yields);
-      r[i] = vn[i] + give + (s > V{} ? s * haste : bias / (step.mass_scale * yields));
+      const V bias = bias_of<V>(step, soft, s, yields, lambda);
+      const V give = soft.impulse_scale * lambda / (soft.mass_scale * yields);
+      r[i] = vn[i] + give + (s > V{} ? s * haste : bias / (soft.mass_scale * yields));
       r[i] = yields > V{} ? r[i] : V{};
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_soft, r, vn, wrench);
@@ -167,10 +176,10 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
     for (int i = 0; i < points; ++i) {
       const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
       const V yields = at<V>(c.yields[i], lane);
-      const V soft = -(yields * (step.mass_scale * vn[i]) + bias_of<V>(step, s, yields, lambda) +
-                       step.impulse_scale * lambda);
-      const V ahead = -(yields * (vn[i] + s * haste) + step.impulse_scale * lambda);
-      const V change = s > V{} ? ahead : soft;
+      const V into = -(yields * (soft.mass_scale * vn[i]) +
+                       bias_of<V>(step, soft, s, yields, lambda) + soft.impulse_scale * lambda);
+      const V ahead = -(yields * (vn[i] + s * haste) + soft.impulse_scale * lambda);
+      const V change = s > V{} ? ahead : into;
       add_normal<V, points>(c, lane, i, is_done ? V{} : change, vn, wrench);
     }
   }
@@ -306,11 +315,10 @@ CRADLE_LANES void by_kind(const BlockRun& run, F&& f) {
 
 template <class V>
 struct Passes {
-  static void prepare(const BlockRun& run, const SubStep& step) {
+  static void prepare(const BlockRun& run) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        prepare_lanes<V, kind.kPoints>(c, lane, step, run.joint);
-      });
+      for_lanes<V>(run, [&](ContactBlock& c, int lane)
+                            CRADLE_LAMBDA { prepare_lanes<V, kind.kPoints>(c, lane, run.joint); });
     });
   }
   static void warm_start(const BlockRun& run, BodyLine* velocities) {

@@ -20,7 +20,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/dynamics/contact/soft_batch.h"
+#include "server/dynamics/contact/softness.h"
 
 namespace cradle {
 namespace {
@@ -106,7 +106,7 @@ void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
   for (const ContactConstraint& c : constraints) {
     const std::size_t island = groups.of(c);
     if (rests_[island] == 0) continue;
-    const double h = tick.dt / (groups.sub_steps[island] * contact_angle());
+    const double h = tick.dt / (groups.sub_steps[island] * c.stiffness * contact_angle());
     const bool is_driven = !is_still(bodies, index(c.a)) || !is_still(bodies, index(c.b));
     if (is_driven || !may_rest(c, h * h)) rests_[island] = 0;
     add_contact(c, groups);

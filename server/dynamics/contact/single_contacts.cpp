@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/dynamics/contact/softness.h"
+
 namespace cradle {
 namespace {
 
@@ -154,12 +156,13 @@ void SingleContact::scale_struck(std::span<const double> shares) {
 
 void SingleContact::solve(const SubStep& step) {
   for (ConstraintPoint& p : c_.used()) p.s = separation(p);
+  const Softness soft = softness_of(c_.stiffness, step.h);
   sweep([&](const ConstraintPoint& p) {
-    const double decay = step.impulse_scale * p.lambda;
+    const double decay = soft.impulse_scale * p.lambda;
     if (p.s > 0) return -(normal_velocity(p) + p.s * haste_ / step.h) / p.K_normal - decay;
     const double limit = std::max(step.push_speed, -step.push_rate * p.s) + decay * p.K_normal;
-    const double bias = std::max(step.mass_scale * step.bias_rate * p.s, -limit);
-    return -(step.mass_scale * normal_velocity(p) + bias) / p.K_normal - decay;
+    const double bias = std::max(soft.mass_scale * soft.bias_rate * p.s, -limit);
+    return -(soft.mass_scale * normal_velocity(p) + bias) / p.K_normal - decay;
   });
 }
 

@@ -12,8 +12,7 @@
 //
 // Symbols, frame W: h sub-step, s separation, vn normal velocity, lambda normal impulse, K inverse
 // effective mass, dp and theta displacement and rotation since the tick's start.
-//   omega = 2 pi c / h, a1 = 2 zeta + h omega, a2 = h omega a1
-//   mass scale ms = a2 / (1 + a2), impulse scale is = 1 / (1 + a2), bias rate br = omega / a1
+//   mass scale ms, impulse scale is, bias rate br: softness.h
 //   soft:  lambda += -(ms vn + bias) / K - is lambda, bias = ms br s, lambda >= 0
 //   relax: lambda += -vn / K, lambda >= 0; then friction, lambda_t += -vt / K_t with K_t the
 //   largest in the tangent plane, projected onto |lambda_t| <= mu lambda (a true cone)
@@ -25,7 +24,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "server/dynamics/contact/contact_kernels.h"
 #include "server/dynamics/contact/single_contacts.h"
@@ -35,8 +33,6 @@ namespace {
 
 /// Each with unit, reason, and the test that pins it.
 struct SoftTolerances {
-  double frequency = 0.177;  ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
-  double damping_ratio = 5;  ///< zeta: overlaps close without bouncing ("half overlapped")
   double push_speed = 0.3;   ///< m/s: floor of the push-out limit ("half overlapped")
   double push_rate = 4;      ///< 1/s: lets deep overlaps part within a second ("half overlapped")
   double smooth_factor = 3;  ///< a velocity change below 3 h |a| is no impact ("sliding stop")
@@ -56,18 +52,11 @@ int relaxing_sweeps(Past past, int sub_step) {
   return kSweepsWithoutPast;
 }
 
-SubStep sub_step_of(double h) {
-  const double omega = 2 * std::numbers::pi * kTolerances.frequency / h;
-  const double a1 = 2 * kTolerances.damping_ratio + h * omega;
-  const double a2 = h * omega * a1;
-  return {h,          a2 / (1 + a2),          1 / (1 + a2),
-          omega / a1, kTolerances.push_speed, kTolerances.push_rate};
-}
+SubStep sub_step_of(double h) { return {h, kTolerances.push_speed, kTolerances.push_rate}; }
 
 }  // namespace
 
 double push_speed() { return kTolerances.push_speed; }
-double contact_angle() { return 2 * std::numbers::pi * kTolerances.frequency; }
 
 void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
@@ -109,7 +98,7 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
   blocks_.pack(constraints, bodies_, step_.h);
-  for (const BlockRun& run : blocks_.runs()) kernels_->prepare(run, step_);
+  for (const BlockRun& run : blocks_.runs()) kernels_->prepare(run);
   singles_.clear();
   for (ContactConstraint* c : constraints) {
     if (c->is_ahead || c->restitution > 0) find_effective_masses(*c);

@@ -14,11 +14,6 @@
 
 namespace cradle {
 
-/// 2 pi times the contact frequency, times the sub-step: a contact under a load that gives its
-/// effective mass the acceleration a sinks in by a (h / contact_angle())^2.
-double contact_angle();
-
-/// Owns no bodies; keeps its memory from batch to batch.
 /// m/s: overlaps that take more than a tick of this to part are deep.
 double push_speed();
 
@@ -28,6 +23,7 @@ enum class Past : std::uint8_t { lasts, parts, changes, none, rests };
 inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past::none,
                                    Past::rests};
 
+/// Owns no bodies; keeps its memory from batch to batch.
 class SoftBatch {
  public:
   /// As ContactSolver::advance; `tick.sub_steps` holds.

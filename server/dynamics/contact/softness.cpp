@@ -1,0 +1,26 @@
+#include "server/dynamics/contact/softness.h"
+
+#include <numbers>
+
+namespace cradle {
+namespace {
+
+/// Each with unit, reason, and the test that pins it.
+struct SoftnessTolerances {
+  double frequency = 0.177;  ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
+  double damping_ratio = 5;  ///< zeta: overlaps close without bouncing ("half overlapped")
+};
+constexpr SoftnessTolerances kTolerances;
+
+}  // namespace
+
+double contact_angle() { return 2 * std::numbers::pi * kTolerances.frequency; }
+
+Softness softness_of(double stiffness, double h) {
+  const double omega = stiffness * contact_angle() / h;
+  const double a1 = 2 * kTolerances.damping_ratio + h * omega;
+  const double a2 = h * omega * a1;
+  return {a2 / (1 + a2), 1 / (1 + a2), omega / a1};
+}
+
+}  // namespace cradle

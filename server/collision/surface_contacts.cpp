@@ -25,7 +25,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <utility>
 
 #include "server/collision/convex_pair.h"
 #include "server/collision/feature_overlap.h"
@@ -320,7 +320,10 @@ const PartingPlane* SurfaceContactFinder::parting_plane(std::int32_t triangle, d
 /// the direction of such a plane was not found by the search, the best stays.
 void SurfaceContactFinder::mark_parted() {
   if (planes_.size() > kPlanesMax) {
-    std::ranges::stable_sort(planes_, std::greater(), &PartingPlane::separation);
+    // Not std::stable_sort, which would ask for memory.
+    std::ranges::sort(planes_, {}, [](const PartingPlane& plane) {
+      return std::pair(-plane.separation, plane.found);
+    });
     planes_.resize(kPlanesMax);
   }
   const double slack = scale_ * kTolerances.witness_m;

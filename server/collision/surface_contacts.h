@@ -27,6 +27,7 @@ struct PartingPlane {
   Vector normal;      ///< unit, one of the surface
   double offset;      ///< m; the plane is normal . p = offset
   double separation;  ///< of C, along the normal
+  std::size_t found;  ///< before others
 };
 
 /// What was found, in room that is used again.
@@ -88,7 +89,7 @@ class SurfaceContactFinder {
     if (separation <= margin_) contacts_.push_back({normal, p, separation, name, t.number});
   }
   void add_parting(const Vector& normal, const Vector& p, double separation) {
-    planes_.push_back({normal, normal.dot(p), separation});
+    planes_.push_back({normal, normal.dot(p), separation, planes_.size()});
   }
   void add_plane(std::int32_t triangle, const Vector& normal, double offset, double least);
   const PartingPlane* parting_plane(std::int32_t triangle, double from) const;

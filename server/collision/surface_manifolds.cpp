@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "server/collision/bounds.h"
 #include "server/collision/four_points.h"
@@ -86,8 +87,9 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
   const std::vector<SurfaceContact>& all = room.findings.contacts;
   room.order.resize(all.size());
   for (std::uint32_t i = 0; i < room.order.size(); ++i) room.order[i] = i;
-  std::stable_sort(room.order.begin(), room.order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return all[a].separation < all[b].separation;
+  // The first found of those as deep: std::stable_sort would ask for memory.
+  std::sort(room.order.begin(), room.order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(all[a].separation, a) < std::pair(all[b].separation, b);
   });
   std::array<std::uint32_t, 12> used{};
   while (!room.order.empty()) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/collision/stored_geometry.h"
+#include "tests/physics/terrains.h"
 #include "tests/physics/worlds.h"
 #include "tests/steady/allocations.h"
 
@@ -95,6 +96,23 @@ TEST_CASE("a heap of several shapes at rest asks for no memory") {
     add(world, spec);
   }
   CHECK(allocating_ticks(world, 1200, 100) == 0);
+}
+
+TEST_CASE("bodies at rest on a mesh and on a height field ask for no memory") {
+  const bool is_field = GENERATE(false, true);
+  CAPTURE(is_field);
+  const auto level = [](double, double) { return 0.0; };
+  World world(steady());
+  add_surface(world,
+              is_field ? make_height_field(41, 41, 0.1, 0.1, std::vector<double>(41 * 41)).geometry
+                       : mesh_of(terrain(40, 0.1, 0, level)).geometry);
+  add(world, brick({1.2, 1.2, 0.1}, {0, 0, 0.1}));  // over a thousand triangles
+  add(world, brick({0.2, 0.2, 0.2}, {1.6, 1.6, 0.2}));
+  add(world, ball(0.2, {-1.6, -1.6, 0.2}));
+  BodySpec lying = brick({0.1, 0.1, 0.1}, {1.6, -1.6, 0.15});
+  lying.shape = Shape::cylinder(0.1, 0.15);
+  add(world, lying);
+  CHECK(allocating_ticks(world, 300, 100) == 0);
 }
 
 TEST_CASE("bodies that move steadily ask for no memory") {

@@ -41,10 +41,9 @@ struct BoxFaceBlock {
   // Results. Candidates 2k and 2k+1 are where the edge from incident corner k to the next one
   // enters the reference face and where it leaves it; 8 to 11 are reference corners.
   Row x[kBoxCandidates], y[kBoxCandidates], z[kBoxCandidates];
-  Row side[8];    ///< that candidates 0 to 7 are cut by; none: the corner
-  Row set;        ///< of candidates that are near enough: sum of 2^c
-  Row count;      ///< of them
-  Row chosen[4];  ///< if there are more than four in any lane: those to keep, or -1
+  /// That candidates 0 to 7 are cut by; none: the corner. Of the others 4 and the reference corner.
+  Row side[kBoxCandidates];
+  Row set;        ///< of candidates that are near enough, or the four of them to keep: sum of 2^c
   Row inside;     ///< how far the one farthest inside is from leaving
   Row steepness;  ///< what a separation changes by at most as features slide, m / m: corners of the
                   ///< reference face over the incident plane, and its edges over the sides

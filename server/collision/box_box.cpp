@@ -142,13 +142,15 @@ double separation_beyond(const BoxPairBlock& b, int lane) {
   return std::max(margin, b.s_edge[lane]);
 }
 
-BoxFaces begin_faces(const BoxAxes& axes, bool on_A, double margin, double slack,
-                     BoxFaceBlock& block, int lane) {
+/// In place: to copy what has just been written in parts would wait for the last of them.
+void begin_faces(const BoxAxes& axes, bool on_A, double margin, double slack, BoxFaces& faces,
+                 BoxFaceBlock& block, int lane) {
   if (on_A) {
-    return {{axes.h_A, axes.h_B, axes.C, axes.t}, axes.face_A.axis, margin, slack, block, lane};
+    return faces.begin({axes.h_A, axes.h_B, axes.C, axes.t}, axes.face_A.axis, margin, slack, block,
+                       lane);
   }
   const Matrix C = axes.C.transpose();
-  return {{axes.h_B, axes.h_A, C, -axes.u}, axes.face_B.axis, margin, slack, block, lane};
+  faces.begin({axes.h_B, axes.h_A, C, -axes.u}, axes.face_B.axis, margin, slack, block, lane);
 }
 
 }  // namespace
@@ -211,7 +213,7 @@ void BoxBatch::judge(const Waiting& pair, int lane) {
   facing.slack = scale * kTolerances.clip_slack_m;
   facing.prefer(axes.face_B.s <= axes.face_A.s + facing.bias);
   facing.is_apart = std::max(facing.face, axes.edges.s) > 0;
-  facing.names = begin_faces(axes, facing.on_A, pair.margin, facing.slack, face_block_, facing_++);
+  begin_faces(axes, facing.on_A, pair.margin, facing.slack, facing.names, face_block_, facing_++);
   if (facing_ == kBoxLanes) clip();
 }
 
@@ -241,7 +243,8 @@ void BoxBatch::clip() {
 void BoxBatch::clip_alone(const Facing& facing, Manifold& manifold) {
   BoxFaceBlock block;
   const Waiting& pair = facing.pair;
-  const BoxFaces names = begin_faces(facing.axes, facing.on_A, pair.margin, facing.slack, block, 0);
+  BoxFaces names;
+  begin_faces(facing.axes, facing.on_A, pair.margin, facing.slack, names, block, 0);
   box_kernels_of(1).clip(block, 1);
   names.set_manifold(block, 0, facing.on_A ? *pair.X_WA : *pair.X_WB, facing.on_A ? 0 : 1,
                      manifold);

@@ -31,28 +31,27 @@ int most_upright(double up_x, double up_y, double up_z) {
   return x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
 }
 
-std::uint32_t chosen_of(const BoxFaceBlock& block, int lane) {
-  std::uint32_t set = 0;
-  for (const BoxFaceBlock::Row& row : block.chosen) {
-    if (row[lane] >= 0) set |= 1u << static_cast<std::uint32_t>(row[lane]);
-  }
-  return set;
-}
+// The edge of the incident face that a candidate is on, or its diagonal for the whole face.
+constexpr std::array<std::uint8_t, kBoxCandidates> kFrom = {0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 0, 0},
+                                                   kTo = {1, 1, 2, 2, 3, 3, 0, 0, 2, 2, 2, 2};
 
 int after(int axis) { return axis < 2 ? axis + 1 : 0; }
 int before(int axis) { return axis > 0 ? axis - 1 : 2; }
 
 }  // namespace
 
-BoxFaces::BoxFaces(const FacingBoxes& boxes, int axis, double margin, double slack,
-                   BoxFaceBlock& block, int lane)
-    : x_(after(axis)),
-      y_(before(axis)),
-      z_(axis),
-      turn_(boxes.t[axis] >= 0 ? 1 : -1),
-      height_(boxes.h_reference[axis]),
-      slack_(slack),
-      side_bits_{2u << 2 * x_, 1u << 2 * x_, 2u << 2 * y_, 1u << 2 * y_} {
+void BoxFaces::begin(const FacingBoxes& boxes, int axis, double margin, double slack,
+                     BoxFaceBlock& block, int lane) {
+  x_ = after(axis);
+  y_ = before(axis);
+  z_ = axis;
+  turn_ = boxes.t[axis] >= 0 ? 1 : -1;
+  height_ = boxes.h_reference[axis];
+  slack_ = slack;
+  const std::uint32_t right = 2u << 2 * x_, left = 1u << 2 * x_, front = 2u << 2 * y_,
+                      back = 1u << 2 * y_;
+  side_bits_ = {0,           right,       left, front, back, right | front, left | front,
+                left | back, right | back};
   const Matrix& C = boxes.C;
   const Vector& h = boxes.h_incident;
   const int incident = most_upright(C(z_, 0), C(z_, 1), C(z_, 2));
@@ -78,19 +77,13 @@ BoxFaces::BoxFaces(const FacingBoxes& boxes, int axis, double margin, double sla
   }
 }
 
+/// Without branches: what meets where is chance.
 std::uint32_t BoxFaces::feature(const BoxFaceBlock& block, int lane, std::size_t candidate) const {
-  if (candidate < 2 * kSides) {
-    const std::size_t k = candidate / 2;
-    const std::uint32_t from = corner_bits_[k], to = corner_bits_[(k + 1) % kSides];
-    const double side = block.side[candidate][lane];
-    if (side == kNoSide) return name_of(from, from) << 6;
-    return name_of(from & to, from | to) << 6 | side_bits_[static_cast<std::size_t>(side)];
-  }
-  const std::size_t k = candidate - 2 * kSides;
-  const std::uint32_t common = corner_bits_[0] & corner_bits_[2];
-  const std::uint32_t any = corner_bits_[0] | corner_bits_[2];
-  return name_of(common, any) << 6 | side_bits_[kSignX[k] > 0 ? 0 : 1] |
-         side_bits_[kSignY[k] > 0 ? 2 : 3];
+  const auto side =
+      static_cast<std::size_t>(static_cast<int>(block.side[candidate][lane] - kNoSide));
+  const std::uint32_t from = corner_bits_[kFrom[candidate]];
+  const std::uint32_t to = side == 0 ? from : corner_bits_[kTo[candidate]];
+  return name_of(from & to, from | to) << 6 | side_bits_[side];
 }
 
 void BoxFaces::set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR,
@@ -102,8 +95,7 @@ void BoxFaces::set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_W
   const std::uint32_t face_name = (6 * role + number) << 12;
   manifold.normal_W = role == 0 ? z_W : Vector(-z_W);
   manifold.count = 0;
-  auto set = static_cast<std::uint32_t>(block.set[lane]);
-  if (block.count[lane] > kManifoldPoints) set = chosen_of(block, lane);
+  auto set = static_cast<std::uint32_t>(static_cast<int>(block.set[lane]));
   for (; set != 0; set &= set - 1) {
     const auto c = static_cast<std::size_t>(std::countr_zero(set));
     const double z = block.z[c][lane];

@@ -21,12 +21,11 @@ class BoxFaces {
  public:
   static constexpr std::size_t kSides = 4;
 
-  BoxFaces() = default;
-  /// Puts the face of the reference box along its axis `axis` that looks to the incident box, and
-  /// the incident face, into a lane. `margin`: points farther than this (m) do not count; `slack`:
-  /// a corner up to so much (m) outside the face counts as over it.
-  BoxFaces(const FacingBoxes& boxes, int axis, double margin, double slack, BoxFaceBlock& block,
-           int lane);
+  /// To be called first. Puts the face of the reference box along its axis `axis` that looks to the
+  /// incident box, and the incident face, into a lane. `margin`: points farther than this (m) do
+  /// not count; `slack`: a corner up to so much (m) outside the face counts as over it.
+  void begin(const FacingBoxes& boxes, int axis, double margin, double slack, BoxFaceBlock& block,
+             int lane);
 
   /// Where the incident box is over, or under, the face: up to four points. `role` says which body
   /// is the reference: 0 for A, 1 for B; it is part of the features, and the normal goes from A to
@@ -41,8 +40,8 @@ class BoxFaces {
   int x_, y_, z_;  // axes of the reference box that are those of F
   double turn_;    // of z: -1 on the lower side
   double height_, slack_;
-  std::array<std::uint32_t, kSides> side_bits_;    // of the sides x+, x-, y+, y-
-  std::array<std::uint32_t, kSides> corner_bits_;  // of the incident face
+  std::array<std::uint32_t, 1 + 2 * kSides> side_bits_;  // of none, of x+, x-, y+, y-, of corners
+  std::array<std::uint32_t, kSides> corner_bits_;        // of the incident face
 };
 
 /// A box's corners as numbers: bit k is set where coordinate k is positive. A corner, edge or face

@@ -237,9 +237,9 @@ CRADLE_LANES void clip_edge(int k, const IncidentFace<V>& face, const V& half_x,
 /// for those with a candidate within the slack: so a flush stack has four candidates, and need not
 /// be reduced.
 template <class V>
-CRADLE_LANES void set_reference_corners(const BoxFaceBlock& b, int lane, const V& half_x,
-                                        const V& half_y, const IncidentFace<V>& face,
-                                        const V& slack, FacePoints<V>& points) {
+CRADLE_LANES void set_reference_corners(BoxFaceBlock& b, int lane, const V& half_x, const V& half_y,
+                                        const IncidentFace<V>& face, const V& slack,
+                                        FacePoints<V>& points) {
   const Triple<V>&c = face.middle, &e = face.e, &f = face.f;
   const V inverse = 1 / (e.x * f.y - e.y * f.x);
   const V length_e = load<V>(b.length_e + lane), length_f = load<V>(b.length_f + lane);
@@ -259,25 +259,18 @@ CRADLE_LANES void set_reference_corners(const BoxFaceBlock& b, int lane, const V
       }
     }
     points.set(8 + k, {x, y, c.z + along_e * e.z + along_f * f.z}, is_there, inside);
+    store(b.side[8 + k] + lane, fill<V>(4 + k));
   }
 }
 
-/// A candidate; `is_enough`: 1 or 0.
+/// A candidate c; `bit`: 2^c, or 0 if there is none.
 template <class V>
 struct Chosen {
-  V x, y, number, is_enough;
+  V x, y, bit;
 };
 
-/// The first of two that scores enough.
-template <class V>
-CRADLE_LANES Chosen<V> first_of(const Chosen<V>& one, const Chosen<V>& later) {
-  const auto is_one = one.is_enough > V{};
-  return {is_one ? one.x : later.x, is_one ? one.y : later.y, is_one ? one.number : later.number,
-          larger<V>(one.is_enough, later.is_enough)};
-}
-
 /// The candidate that scores highest: the first of those that score no less than that but for
-/// `tie(highest)`. Number -1 if the highest is not above `least`.
+/// `tie(highest)`. None if the highest is not above `least`.
 template <class V, class Score, class Tie>
 CRADLE_LANES Chosen<V> choose(const FacePoints<V>& points, const V& least, Score score, Tie tie) {
   V scores[kBoxCandidates], highest = -endless<V>();
@@ -287,22 +280,29 @@ CRADLE_LANES Chosen<V> choose(const FacePoints<V>& points, const V& least, Score
     highest = larger<V>(scores[c], highest);
   }
   const V enough = highest - tie(highest);
-  Chosen<V> all[kBoxCandidates];
-  for (int c = 0; c < kBoxCandidates; ++c) {
-    const V one = fill<V>(1), none{};
-    all[c] = {points.x[c], points.y[c], fill<V>(c), scores[c] < enough ? none : one};
+  Chosen<V> best{};
+  for (int c = kBoxCandidates - 1; c >= 0; --c) {
+    const auto is_less = scores[c] < enough;
+    best.x = is_less ? best.x : points.x[c];
+    best.y = is_less ? best.y : points.y[c];
+    best.bit = is_less ? best.bit : fill<V>(1 << c);
   }
-  for (int c = 0; c < kBoxCandidates; c += 2) all[c] = first_of<V>(all[c], all[c + 1]);
-  for (int c = 0; c < kBoxCandidates; c += 4) all[c] = first_of<V>(all[c], all[c + 2]);
-  Chosen<V> best = first_of<V>(first_of<V>(all[0], all[4]), all[8]);
-  best.number = highest > least ? best.number : fill<V>(-1);
+  best.bit = highest > least ? best.bit : V{};
   return best;
 }
 
+/// The bit, or 0 if it is one of the others.
+template <class V, class... Bits>
+CRADLE_LANES V unless_in(const V& bit, const Bits&... others) {
+  V left = bit;
+  ((left = bit == others ? V{} : left), ...);
+  return left;
+}
+
 /// The deepest, the farthest from it, and those two that then add most area, on both sides if there
-/// are points on both: as four_points.h, but that what adds nothing is left out.
+/// are points on both: as four_points.h, but that what adds nothing is left out. Sum of 2^c.
 template <class V>
-CRADLE_LANES void choose_four(const FacePoints<V>& points, BoxFaceBlock& b, int lane) {
+CRADLE_LANES V choose_four(const FacePoints<V>& points) {
   constexpr double kTie = kTolerances.tie_m;
   const auto p = choose<V>(
       points, -endless<V>(), [&](int c) CRADLE_LAMBDA { return -points.z[c]; },
@@ -333,10 +333,9 @@ CRADLE_LANES void choose_four(const FacePoints<V>& points, BoxFaceBlock& b, int 
         return -smaller<V>(smaller<V>(of_q, of_r), turn * area - of_q - of_r);
       },
       by_area);
-  store(b.chosen[0] + lane, p.number);
-  store(b.chosen[1] + lane, q.number);
-  store(b.chosen[2] + lane, r.number);
-  store(b.chosen[3] + lane, s.number);
+  // Where all are near to each other one may be chosen twice.
+  return p.bit + unless_in<V>(q.bit, p.bit) + unless_in<V>(r.bit, p.bit, q.bit) +
+         unless_in<V>(s.bit, p.bit, q.bit, r.bit);
 }
 
 template <class V>
@@ -361,13 +360,13 @@ CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
     store(b.y[k] + lane, points.y[k]);
     store(b.z[k] + lane, points.z[k]);
   }
-  store(b.set + lane, set);
-  store(b.count + lane, count);
   store(b.inside + lane, points.inside);
   constexpr double kLevel =
       5e-5;  // raises no point by more than it may be off, however far it slides
   store(b.steepness + lane, slope2 < fill<V>(kLevel * kLevel) ? V{} : root<V>(steep2));
-  if (any<V>(count > fill<V>(4))) choose_four<V>(points, b, lane);
+  const auto are_many = count > fill<V>(4);
+  if (any<V>(are_many)) set = are_many ? choose_four<V>(points) : set;
+  store(b.set + lane, set);
 }
 
 template <class V>

@@ -156,6 +156,18 @@ template <class V, class M>
 CRADLE_LANES bool any(const M& mask) {
   if constexpr (kLanes<V> == 1) {
     return mask;
+#ifdef __SSE2__
+  } else if constexpr (kLanes<V> == 2) {
+    return _mm_movemask_pd(__m128d(mask)) != 0;
+#endif
+#ifdef __AVX2__
+  } else if constexpr (kLanes<V> == 4) {
+    return _mm256_movemask_pd(__m256d(mask)) != 0;
+#endif
+#ifdef __AVX512DQ__
+  } else if constexpr (kLanes<V> == 8) {
+    return _mm512_movepi64_mask(__m512i(mask)) != 0;
+#endif
   } else {
     return folded<kLanes<V> / 2>(mask, std::make_index_sequence<kLanes<V>>{})[0] != 0;
   }

@@ -25,29 +25,46 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// How far the shape of a face reaches along the face's normal.
+double reach_of(const SupportFeature& face) {
+  double reach = -kInfinity;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(face.count); ++k) {
+    reach = std::max(reach, face.normal.dot(face.corners[k]));
+  }
+  return reach;
+}
+
 /// Turns n into the normal of the face or the two edges that it nearly is, if that overlaps no
 /// more: closest points tell a direction to 1e-8 or so, geometry exactly.
 void sharpen(const ConvexPair& pair, const SupportFeature& A, const SupportFeature& B,
              LeastOverlap& least, SupportHints& hints) {
-  const auto try_normal = [&](const Vector& exact, bool is_face) {
+  const auto is_near = [&](const Vector& exact) {
     const double off2 = (exact - least.n).squaredNorm();
     constexpr double kNear2 = kTolerances.sharpen_sine * kTolerances.sharpen_sine;
-    if (!(off2 < kNear2) || off2 == 0) return;
-    const double overlap = core_overlap(pair, exact, hints);
+    return off2 < kNear2 && off2 != 0;
+  };
+  const auto take = [&](const Vector& exact, double overlap, double sine) {
     if (overlap > least.overlap + kTolerances.coincident_m) return;
-    if (is_face) least.sine = 1;
     least.n = exact;
     least.overlap = overlap;
+    least.sine = sine;
   };
-  if (A.count > 2) try_normal(A.normal, true);
-  if (B.count > 2) try_normal(-(pair.R * B.normal), true);
+  if (A.count > 2 && is_near(A.normal)) {
+    const Vector b = pair.B.support(-(pair.R.transpose() * A.normal), hints.B);
+    take(A.normal, reach_of(A) - A.normal.dot(pair.R * b + pair.t), 1);
+  }
+  if (B.count > 2) {
+    const Vector n = -(pair.R * B.normal);
+    if (is_near(n)) take(n, reach_of(B) + n.dot(pair.A.support(n, hints.A) - pair.t), 1);
+  }
   if (A.count == 2 && B.count == 2) {
     const Vector across =
         (A.corners[1] - A.corners[0]).cross(pair.R * (B.corners[1] - B.corners[0]));
     const double length2 = across.squaredNorm();
     if (!(length2 > 0)) return;
-    const Vector n = across / std::sqrt(length2);
-    try_normal(n.dot(least.n) < 0 ? Vector(-n) : n, false);
+    const Vector along = across / std::sqrt(length2);
+    const Vector n = along.dot(least.n) < 0 ? Vector(-along) : along;
+    if (is_near(n)) take(n, core_overlap(pair, n, hints), least.sine);
   }
 }
 

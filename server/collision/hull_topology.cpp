@@ -69,7 +69,12 @@ void add_neighbours(ConvexHull& hull) {
   hull.around_first.assign(hull.vertices.size() + 1, 0);
   for (const std::int32_t v : hull.loops) ++hull.around_first[index(v) + 1];
   std::partial_sum(hull.around_first.begin(), hull.around_first.end(), hull.around_first.begin());
-  for (const std::int32_t k : hull.around) hull.neighbours.push_back(next[index(k)]);
+  for (const std::int32_t k : hull.around) {
+    const std::int32_t from = hull.loops[index(k)], to = next[index(k)];
+    hull.neighbours.push_back(to);
+    hull.edges_along.push_back(
+        (hull.vertices[index(to)] - hull.vertices[index(from)]).normalized());
+  }
 }
 
 /// Leaves the vertices that no other one surpasses everywhere within the angle with the sine `sine`

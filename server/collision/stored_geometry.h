@@ -79,6 +79,7 @@ struct ConvexHull {
   /// Places in `loops` where a face has vertex v: around[around_first[v] .. around_first[v + 1]-1]
   std::vector<std::int32_t> around, around_first;
   std::vector<std::int32_t> neighbours;  ///< of v: the next corner, for each of `around`
+  std::vector<Vector> edges_along;       ///< unit, from v to each of these
   std::vector<std::int32_t> widest;      ///< the faces with most area, largest first, at most 256
   /// Vertices that may be farthest along a direction of cell c of a DirectionGrid:
   /// likely[likely_first[c] .. likely_first[c + 1]-1], by fours, so some come twice. Empty for

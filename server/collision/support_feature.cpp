@@ -148,18 +148,20 @@ SupportFeature hull_feature(const ConvexHull& hull, const Vector& d, std::int32_
   const auto face_at = [&](std::size_t place) { return index(hull.face_at[place]); };
   const auto along = [&](std::size_t place) { return hull.normals[face_at(place)].dot(d); };
   const Vector& p = hull.vertices[index(v)];
-  std::size_t best = index(hull.around[begin]), flattest = begin;
-  double least_drop = -2;
-  for (std::size_t k = begin; k < end; ++k) {
-    if (along(index(hull.around[k])) > along(best)) best = index(hull.around[k]);
-    const Vector edge = hull.vertices[index(hull.neighbours[k])] - p;
-    const double slope = edge.dot(d) / edge.norm();
-    if (slope > least_drop) least_drop = slope, flattest = k;
+  std::size_t most = begin, flattest = begin;
+  double best_along = -2, least_drop = -2;
+  for (std::size_t k = begin; k < end; ++k) {  // which it will be is chance: no branches
+    const double by_face = along(index(hull.around[k])), slope = hull.edges_along[k].dot(d);
+    most = by_face > best_along ? k : most;
+    best_along = std::max(best_along, by_face);
+    flattest = slope > least_drop ? k : flattest;
+    least_drop = std::max(least_drop, slope);
   }
+  std::size_t best = index(hull.around[most]);
   const std::int32_t u = hull.neighbours[flattest];
   const std::size_t edge_place = index(hull.around[flattest]);
   constexpr double kFlush = kTolerances.flush_cosine;
-  if (along(best) < kFlush && least_drop * least_drop < 1 - kFlush * kFlush) {
+  if (best_along < kFlush && least_drop * least_drop < 1 - kFlush * kFlush) {
     const std::size_t other = twin(hull, edge_place, v, u);
     best = along(other) > along(edge_place) ? other : edge_place;
   }

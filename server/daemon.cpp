@@ -235,6 +235,7 @@ void Daemon::step(PhaseTimer& timer) {
   const bool were_passing = last_report_.surfaces_passing > 0;
   last_report_ = run_.step(*executor_, &timer);
   readings_.steps_unsolved += last_report_.unsolved;
+  readings_.islands_makeshift += last_report_.islands_makeshift;
   readings_.impacts += last_report_.impacts;
   readings_.impacts_ordered += last_report_.impacts_ordered;
   readings_.energy_paid_J += last_report_.paid_J;

@@ -120,6 +120,9 @@ void write_world(Page& page, const Readings& r) {
       "cradle_springs_unconverged_total",
       "Parts of ticks in which springs were too stiff for their equations: impulses instead.",
       r.springs_unconverged);
+  page.counter("cradle_islands_makeshift_total",
+               "Times that a contact solver other than soft had to solve an island by a makeshift.",
+               r.islands_makeshift);
   page.counter("cradle_steps_unsolved_total",
                "Steps of bodies whose implicit scheme did not solve its equations.",
                r.steps_unsolved);

@@ -46,6 +46,7 @@ struct Readings {
   std::int64_t steps_unsolved = 0;       ///< since the start
   double energy_paid_J = 0;              ///< likewise, StepReport::paid_J
   std::int64_t springs_unconverged = 0;  ///< parts of ticks, since the start
+  std::int64_t islands_makeshift = 0;    ///< as StepReport, likewise
   std::int64_t impacts = 0;              ///< of flying balls, likewise
   std::int64_t impacts_ordered = 0, impacts_spent = 0;  ///< as StepReport, likewise
   std::int64_t stopped_at_impact = 0;                   ///< bodies, in all ticks since the start

@@ -162,6 +162,7 @@ void simulate(const SimulateOptions& options) {
     summary.last_step = run.step(threads);
     summary.steps_unsolved += summary.last_step.unsolved;
     summary.energy_paid_J += summary.last_step.paid_J;
+    summary.islands_makeshift += summary.last_step.islands_makeshift;
     summary.springs_unconverged += summary.last_step.springs_unconverged;
     times_us.push_back(stopwatch.elapsed_us());
     summary.penetration_max_m =

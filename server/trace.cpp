@@ -118,6 +118,7 @@ std::string to_json(const Summary& s) {
   json.add("contact_tolerance_m", s.settings.sub_steps > 0 ? 0 : s.settings.contact_tolerance_m);
   json.add("sub_steps_max", s.sub_steps_max);
   json.add("sag_expected_m", s.last_step.sag_expected_m);
+  json.add("islands_makeshift", s.islands_makeshift);
   json.add("impacts", s.impacts);
   json.add("impacts_ordered", s.impacts_ordered);
   json.add("impacts_spent", s.impacts_spent);

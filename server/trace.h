@@ -58,6 +58,7 @@ struct Summary {
   TickTimes tick_times;
   std::int64_t bodies = 0;
   std::int64_t steps_unsolved = 0;       ///< as StepReport::unsolved, of all ticks
+  std::int64_t islands_makeshift = 0;    ///< likewise
   std::int64_t springs_unconverged = 0;  ///< as StepReport's, of all ticks
   std::int64_t quarantined = 0;
   std::int64_t not_colliding = 0;  ///< bodies of shapes that do not collide yet

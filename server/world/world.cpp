@@ -293,6 +293,7 @@ StepReport World::Steps::report(const State& s) {
   report.sleeping = count_sleepers(s);
   report.pairs = static_cast<std::int64_t>(s.pairs.size());
   report.sub_steps_max = s.solved.sub_steps_max;
+  report.islands_makeshift = s.solved.islands_makeshift;
   report.sag_expected_m = s.solved.sag_max_m;
   const ContactResidual& residual = s.solved.residual;
   report.residual_mps = residual.most.natural_mps;

@@ -396,6 +396,14 @@ TEST_CASE("sub-steps are told by groups, with the sag to expect, also of what sl
   const std::string text = to_text(explanation, run, 300);
   CHECK(text.find("       24        1        2") != std::string::npos);
   CHECK(text.find("keep its sag below 0.5 mm") != std::string::npos);
+
+  scene.settings.solver = "lcp";
+  SceneRun by_lcp(scene);
+  Explanation other(by_lcp);
+  for (int tick = 0; tick < 60; ++tick) other.step(here);
+  CHECK(other.choices().front().sub_steps == 1);
+  CHECK(to_text(other, by_lcp, 60).find("contact solver lcp: sub-steps are its own, up to 1 in") !=
+        std::string::npos);
 }
 
 TEST_CASE("looking at what bodies need changes nothing, and the full model is another hash") {

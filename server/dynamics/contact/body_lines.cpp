@@ -131,6 +131,12 @@ void BodyLines::turn(const State& state, Turning& turning, const Vector& w, doub
   turning.frame = normalised(turning.frame * rotation_exp(h * (w - unseen * turning.axis)));
 }
 
+void BodyLines::displace(std::int32_t line, const BodyLine& by) {
+  all(at(motions_, line)) += Eigen::Map<const AllOfLine>(by.all);
+  const State& state = at(states_, line);
+  if (state.tumbles) turn(state, at(turnings_, line), angular(by), 1);
+}
+
 void BodyLines::integrate_positions(double h, double smooth_factor) {
   const auto move = [&](std::int32_t line, const Vector& step, const Vector& angle) {
     BodyLine& motion = at(motions_, line);

@@ -12,6 +12,7 @@
 /// integrated.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
@@ -75,6 +76,10 @@ class BodyLines {
   /// With the mean velocity of the sub-step where it is smooth: without an impact. But of what
   /// rests among others with the last: springs between bodies, and the mean, feed what sways.
   void integrate_positions(double h, double smooth_factor);
+  /// Moves a body without a velocity: for baselines, which part what overlaps so.
+  void displace(std::int32_t line, const BodyLine& by);
+  /// What contacts gave in the sub-step before is not given again in the next one.
+  void forget_contacts() { std::copy_n(velocities_.begin(), moving(), frees_.begin()); }
   /// Gives the bodies their poses and velocities at the tick's end.
   void finish();
 
@@ -137,6 +142,7 @@ class BodyLines {
   void end_balance(ContactBalance& balance, double dt) const;
 
   BodyLine* velocities() { return velocities_.data(); }
+  const BodyLine* velocities() const { return velocities_.data(); }
   const BodyLine* motions() const { return motions_.data(); }
 
  private:

@@ -1,5 +1,8 @@
 #include "server/dynamics/contact/contact_solver.h"
 
+#include "server/dynamics/contact/impulse_step.h"
+#include "server/dynamics/contact/lcp_step.h"
+#include "server/dynamics/contact/penalty_step.h"
 #include "server/dynamics/contact/soft_step.h"
 
 namespace cradle {
@@ -9,7 +12,10 @@ struct Method {
   const char* name;
   std::unique_ptr<ContactSolver> (*make)();
 };
-constexpr Method kMethods[] = {{"soft", make_soft_step}};
+constexpr Method kMethods[] = {{"soft", make_soft_step},
+                               {"lcp", make_lcp_step},
+                               {"impulse", make_impulse_step},
+                               {"penalty", make_penalty_step}};
 
 }  // namespace
 

@@ -54,7 +54,8 @@ MatrixXd friction_directions(const CoulombProblem& problem, int directions, cons
 }
 
 /// Unknowns: ln of all points, beta of all points, sigma of all points.
-LcpSolution solve_polyhedral(const CoulombProblem& problem, const MatrixXd& D, VectorXd& impulses) {
+LcpSolution solve_polyhedral(const CoulombProblem& problem, const MatrixXd& D, double give,
+                             VectorXd& impulses) {
   const Index points = problem.points(), k = D.cols(), n = 2 * points + k;
   MatrixXd N = MatrixXd::Zero(problem.rows(), points);
   for (Index i = 0; i < points; ++i) N(problem.row(i), i) = 1;
@@ -71,6 +72,7 @@ LcpSolution solve_polyhedral(const CoulombProblem& problem, const MatrixXd& D, V
     M.row(sigma).segment(beta, each).setConstant(-unit);
     M.col(sigma).segment(beta, each).setConstant(unit);
   }
+  M.diagonal().head(points).array() += give;
   LcpSolution found = lemke(M, q);
   impulses = G * found.z.head(points + k);
   return found;
@@ -104,8 +106,12 @@ CoulombLcpSolution solve_by_lcp(const CoulombProblem& problem, const CoulombLcpS
   for (int turn = 0; turn <= (is_planar ? 0 : settings.turns_max); ++turn) {
     const int directions = is_planar ? 2 : settings.directions;
     const MatrixXd D = friction_directions(problem, directions, ways);
-    const LcpSolution found = solve_polyhedral(scaled.problem, D, impulses);
-    best.pivots += found.pivots;
+    LcpSolution found;
+    for (const double give : {0.0, settings.give}) {
+      found = solve_polyhedral(scaled.problem, D, give, impulses);
+      best.pivots += found.pivots;
+      if (found.status == LcpStatus::solved || settings.give == 0) break;
+    }
     best.turns = turn;
     if (found.status != LcpStatus::solved) {
       if (turn == 0) best.status = found.status;

@@ -14,6 +14,10 @@ struct CoulombLcpSettings {
   /// m/s by m/s: the true cone's residual, by the largest of b, that is good enough to turn no
   /// more.
   double residual = 1e-12;
+  /// Added to K of each point along n, by K, where pivots find nothing without it: redundant points
+  /// leave W singular, and its degenerate bases are lost to rounding ("a stack by pivots"). 0: no
+  /// second try.
+  double give = 0;
 };
 
 struct CoulombLcpSolution {

@@ -32,7 +32,7 @@ struct LcpTolerances {
   double residual = 1e-9;
   /// Pivots, by the number of unknowns. Random problems take one to two each; only examples made
   /// for it take exponentially many ("Murty").
-  int pivots_an_unknown = 50;
+  int pivots_an_unknown = 10;
 };
 
 /// `M` is square, as large as `q`; both are finite.

@@ -1,0 +1,334 @@
+// The baselines lcp, impulse and penalty: what each meets of the hard cases, and the known failures
+// of each, shown. The cases and their references are those of the files hard_cases_*.cpp.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/physics/standing.h"
+#include "tests/physics/worlds.h"
+
+namespace cradle {
+namespace {
+
+const std::string kBaselines[] = {"lcp", "impulse", "penalty"};
+
+WorldSettings settings_of(const std::string& solver, const Vec3& gravity_W = {0, 0, -kGravity}) {
+  WorldSettings s = settings(60, gravity_W);
+  s.solver = solver;
+  s.balance_every = 1;
+  return s;
+}
+
+struct Worst {
+  double penetration_m = 0, momentum_Ns = 0, residual_mps = 0;
+  int makeshift = 0, sub_steps = 0;
+
+  void run(World& world, int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+      const StepReport report = world.step();
+      penetration_m = std::max(penetration_m, report.penetration_max_m);
+      momentum_Ns = std::max(momentum_Ns, report.balance.momentum_unaccounted_Ns);
+      residual_mps = std::max(residual_mps, report.residual_mps);
+      sub_steps = std::max(sub_steps, report.sub_steps_max);
+      makeshift += report.islands_makeshift;
+    }
+  }
+};
+
+std::vector<BodyId> add_stack(World& world, int cubes, double overlap_m = 0) {
+  add(world, ground());
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < cubes; ++i) {
+    bodies.push_back(add(world, brick({0.5, 0.5, 0.5}, {0, 0, 0.5 + i - (i + 1) * overlap_m})));
+  }
+  return bodies;
+}
+
+/// Of two cubes that meet: cubes, since spheres bounce by events and meet no solver.
+std::pair<Vec3, Vec3> after_meeting(const std::string& solver, double e) {
+  World world(settings_of(solver, {}));
+  BodySpec left = brick({0.5, 0.5, 0.5}, {-1, 0, 0}, {1, 0, 0});
+  BodySpec right = brick({0.5, 0.5, 0.5}, {1, 0, 0}, {-1, 0, 0});
+  left.material.restitution = right.material.restitution = e;
+  const BodyId a = add(world, left), b = add(world, right);
+  steps(world, 120);
+  return {state(world, a).v_WBcm, state(world, b).v_WBcm};
+}
+
+/// One foot 1 m below: W = diag(12, 4, 3).
+Standing drakes_body(double mu) {
+  Standing body;
+  body.set_mass(1.0 / 3, {1, 1.0 / 9, 1});
+  body.v[1] = {-1, -1, -1};
+  body.friction = mu;
+  return body;
+}
+
+/// m, in 10 s on a slope of this angle, friction angle 26.565 degrees.
+double creep(const std::string& solver, double degrees) {
+  World world(settings_of(solver));
+  const double a = degrees * std::acos(-1.0) / 180;
+  BodySpec slope = ground();
+  slope.q_WB = {std::cos(a / 2), 0, std::sin(a / 2), 0};
+  BodySpec box = brick({0.5, 0.5, 0.25}, {0.25 * std::sin(a), 0, 0.25 * std::cos(a)});
+  box.q_WB = slope.q_WB;
+  add(world, slope);
+  const BodyId body = add(world, box);
+  steps(world, 30);
+  const Vec3 begin = state(world, body).p_WBo;
+  steps(world, 600);
+  return distance(state(world, body).p_WBo, begin);
+}
+
+/// m, in 20 s (or less) of the uppermost of four bricks, that reach over by this part of the
+/// harmonic series.
+double overhang(const std::string& solver, double part, int ticks = 1200) {
+  World world(settings_of(solver));
+  BodySpec table = brick({2, 1, 0.5}, {-2, 0, -0.5});
+  table.kind = BodyKind::fixed;
+  add(world, table);
+  BodyId top{};
+  double end = 0;
+  for (int k = 4; k >= 1; --k) {
+    end += part / (2 * k);
+    top = add(world, brick({0.5, 0.25, 0.1}, {end - 0.5, 0, 0.2 * (4 - k) + 0.1}));
+  }
+  const Vec3 before = state(world, top).p_WBo;
+  steps(world, ticks);
+  return distance(before, state(world, top).p_WBo);
+}
+
+}  // namespace
+
+TEST_CASE("P18: two cubes part with the coefficient of restitution, by penalty almost") {
+  for (const std::string& solver : kBaselines) {
+    for (const double e : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+      CAPTURE(solver, e);
+      const auto [left, right] = after_meeting(solver, e);
+      // Known failure: springs meet 1e-3 without damping or with all of it; between, 0.014.
+      const bool is_damped = e > 0 && e < 1;
+      const double most = solver != "penalty" ? 1e-9 : is_damped ? 0.014 : 1e-3;
+      CHECK(distance(left, {-e, 0, 0}) < most);
+      CHECK(distance(right, {e, 0, 0}) < most);
+      if (solver == "penalty" && is_damped) CHECK(distance(left, {-e, 0, 0}) > 1e-3);
+    }
+  }
+}
+
+TEST_CASE("P33: lcp and impulse solve one contact as its equations say, penalty does not") {
+  for (const double mu : {0.0, 1000.0}) {
+    const Vector expected = mu > 0 ? Vector(1.0 / 12, 0.25, 1.0 / 3) : Vector(0, 0, 1.0 / 3);
+    for (const std::string solver : {"lcp", "impulse"}) {
+      CAPTURE(mu, solver);
+      Standing body = drakes_body(mu);
+      const ContactReport report = body.step(*make_contact_solver(solver));
+      CHECK((body.dt * body.force(0) - expected).norm() < 1e-14);
+      CHECK(report.residual.most.natural_mps < 1e-13);
+      CHECK(report.islands_makeshift == 0);
+    }
+  }
+  // Known failure: a spring takes its time, v / omega = 7 ms, and way, v / (e omega) = 2.6 mm.
+  // After the tick of 10 ms it still moves.
+  Standing body = drakes_body(1000);
+  const ContactReport report = body.step(*make_contact_solver("penalty"));
+  CHECK(report.residual.most.natural_mps > 0.01);
+  CHECK(body.contact[0].points[0].s < -1e-3);
+  CHECK(body.contact[0].points[0].s > -1.0 / (2.718 * 140));
+}
+
+TEST_CASE("P16: a box on a slope: penalty creeps, lcp and impulse hold") {
+  for (const std::string solver : {"lcp", "impulse"}) {
+    CAPTURE(solver);
+    CHECK(creep(solver, 26.0) < 1e-9);
+  }
+  // Known failure of penalty: friction that is regularised slides by vs tan(angle) / mu.
+  CHECK(creep("penalty", 26.0) > 0.1);
+  for (const std::string& solver : kBaselines) {
+    CAPTURE(solver);  // from rest, and 10 s later: v t + a t^2 / 2
+    const double a = kGravity * (std::sin(27.1 * std::acos(-1.0) / 180) -
+                                 0.5 * std::cos(27.1 * std::acos(-1.0) / 180));
+    CHECK(creep(solver, 27.1) == Approx(0.5 * 10 * a + 50 * a).epsilon(0.05));
+  }
+}
+
+TEST_CASE("P36: lcp and impulse hold four bricks that reach over, penalty does not") {
+  for (const std::string solver : {"lcp", "impulse"}) {
+    CAPTURE(solver);
+    CHECK(overhang(solver, 0.98) < 1e-3);
+    CHECK(overhang(solver, 1.02, 180) > 1);
+  }
+  CHECK(overhang("penalty", 0.98) > 1);  // known failure: bricks sink in where they turn about
+}
+
+TEST_CASE("a row of cubes with restitution 1 moves as one, by lcp and impulse") {
+  // Known failure (P25): Newton's law with impulses at once: the common velocity V of an inelastic
+  // impact, v' = 2 V - v. Of five, one in at 1 m/s: V = 0.2; two in: 0.4.
+  for (const std::string solver : {"lcp", "impulse"}) {
+    for (const int in : {1, 2}) {
+      CAPTURE(solver, in);
+      World world(settings_of(solver, {}));
+      std::vector<BodyId> row;
+      for (int i = 0; i < 5; ++i) {
+        BodySpec spec = brick({0.5, 0.5, 0.5}, {i - (i < in ? 0.1 : 0), 0, 0});
+        spec.v_WBcm = {i < in ? 1.0 : 0.0, 0, 0};
+        spec.material = {0, 1};
+        row.push_back(add(world, spec));
+      }
+      steps(world, 60);
+      for (int i = 0; i < 5; ++i) {
+        const double v = state(world, row[static_cast<std::size_t>(i)]).v_WBcm.x;
+        CHECK(v == Approx(2 * 0.2 * in - (i < in ? 1 : 0)).margin(1e-8));
+      }
+    }
+  }
+}
+
+TEST_CASE("a stack by pivots rests to rounding, a larger one is counted") {
+  World world(settings_of("lcp"));
+  const auto cubes = add_stack(world, 4);
+  Worst worst;
+  worst.run(world, 300);
+  CHECK(worst.makeshift == 0);
+  CHECK(worst.residual_mps < 1e-7);
+  CHECK(worst.penetration_m < 1e-9);
+  CHECK(distance(state(world, cubes.back()).p_WBo, {0, 0, 3.5}) < 1e-9);
+
+  World tall(settings_of("lcp"));
+  const auto ten = add_stack(tall, 10);
+  Worst swept;
+  swept.run(tall, 60);
+  CHECK(swept.makeshift == 60);  // 40 points
+  CHECK(swept.residual_mps > 1e-4);
+  CHECK(distance(state(tall, ten.back()).p_WBo, {0, 0, 9.5}) < 0.02);
+}
+
+TEST_CASE("a fixed number of sub-steps makes springs softer, and that is counted") {
+  // A cube sinks in by g / omega^2, the tolerance; a stack of four by 2 x (1 + 2 + 3) + 4 of it.
+  World world(settings_of("penalty"));
+  const auto cubes = add_stack(world, 4);
+  Worst worst;
+  worst.run(world, 600);
+  CHECK(worst.makeshift == 0);
+  CHECK(worst.sub_steps <= 64);
+  CHECK(3.5 - state(world, cubes.back()).p_WBo.z == Approx(16 * 0.0005).epsilon(1e-3));
+  WorldSettings how = settings_of("penalty");
+  how.sub_steps = 8;
+  World soft(how);
+  const auto softer = add_stack(soft, 4);
+  Worst counted;
+  counted.run(soft, 600);
+  CHECK(counted.makeshift == 600);
+  CHECK(counted.sub_steps == 8);
+  CHECK(3.5 - state(soft, softer.back()).p_WBo.z > 0.05);
+}
+
+TEST_CASE("overlaps part without a velocity, by lcp and impulse; penalty throws") {
+  for (const std::string& solver : kBaselines) {
+    CAPTURE(solver);
+    World world(settings_of(solver));
+    const auto cubes = add_stack(world, 4, 0.05);
+    double fastest = 0, highest = 0;
+    for (int k = 0; k < 120; ++k) {
+      world.step();
+      fastest = std::max(fastest, state(world, cubes.back()).v_WBcm.z);
+      highest = std::max(highest, state(world, cubes.back()).p_WBo.z);
+      if (k == 1 && solver != "penalty") CHECK(highest == Approx(3.5).epsilon(2e-3));
+    }
+    if (solver == "penalty") {
+      CHECK(fastest > 1);  // known failure
+    } else {
+      CHECK(fastest < 0.05);
+      CHECK(highest < 3.51);
+    }
+  }
+}
+
+TEST_CASE("what falls is inside for a tick by impulse, and not by lcp") {
+  for (const std::string solver : {"lcp", "impulse"}) {
+    CAPTURE(solver);
+    World world(settings_of(solver));
+    add(world, ground());
+    const BodyId body = add(world, brick({0.5, 0.5, 0.5}, {0, 0, 1.5}));
+    Worst worst;
+    worst.run(world, 120);
+    CHECK(state(world, body).p_WBo.z == Approx(0.5).margin(1e-4));
+    CHECK(norm(state(world, body).v_WBcm) < 1e-9);
+    if (solver == "lcp") {
+      CHECK(worst.penetration_m < 1e-12);
+    } else {
+      CHECK(worst.penetration_m > 1e-3);  // known failure: up to v dt
+      CHECK(worst.penetration_m < std::sqrt(2 * kGravity) / 60 + 1e-3);
+    }
+  }
+}
+
+TEST_CASE("a hundred on five: pivots hold it, sweeps do not") {
+  for (const std::string solver : {"lcp", "impulse"}) {
+    CAPTURE(solver);
+    World world(settings_of(solver));
+    add_stack(world, 4);
+    BodySpec heavy = brick({0.5, 0.5, 0.5}, {0, 0, 4.5});
+    heavy.mass_kg = 100;
+    const BodyId body = add(world, heavy);
+    Worst worst;
+    worst.run(world, 60);
+    const Vec3 p = state(world, body).p_WBo;
+    if (solver == "lcp") {
+      CHECK(distance(p, {0, 0, 4.5}) < 1e-5);
+    } else {
+      CHECK(worst.makeshift > 30);  // known failure: 200 sweeps, where it takes thousands
+      CHECK(worst.residual_mps > 1e-3);
+    }
+  }
+}
+
+TEST_CASE("baselines keep momentum, go along with what is driven, and repeat to the bit") {
+  for (const std::string& solver : kBaselines) {
+    CAPTURE(solver);
+    std::string hashes[2];
+    for (std::string& hash : hashes) {
+      World world(settings_of(solver));
+      BodySpec belt = brick({20, 1, 0.5}, {0, 0, -0.5}, {1, 0, 0});
+      belt.kind = BodyKind::kinematic;
+      add(world, belt);
+      const BodyId box = add(world, brick({0.25, 0.25, 0.25}, {0, 0, 0.25}));
+      BodySpec rod = brick({0.5, 0.1, 0.1}, {3, 0, 1});
+      rod.q_WB = {0.8, 0, 0.6, 0};
+      add(world, rod);
+      Worst worst;
+      worst.run(world, 120);
+      CHECK(state(world, box).v_WBcm.x == Approx(1).epsilon(1e-3));
+      CHECK(worst.momentum_Ns < 1e-12);
+      for (const auto byte : world.hash()) hash += std::to_string(static_cast<int>(byte)) + " ";
+    }
+    CHECK(hashes[0] == hashes[1]);
+  }
+}
+
+TEST_CASE("baselines work in the plane") {
+  for (const std::string& solver : kBaselines) {
+    CAPTURE(solver);
+    WorldSettings how = settings_of(solver, {0, -kGravity, 0});
+    how.is_planar = true;
+    World world(how);
+    BodySpec floor;
+    floor.kind = BodyKind::fixed;
+    floor.shape = Shape::polygon({-5, -0.5}, {5, -0.5}, {5, 0.5}, {-5, 0.5});
+    floor.p_WBo = {0, -0.5, 0};
+    add(world, floor);
+    BodySpec box;
+    box.shape = Shape::polygon({-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5});
+    box.mass_kg = 1;
+    box.p_WBo = {0, 0.6, 0};
+    box.v_WBcm = {2, 0, 0};
+    const BodyId body = add(world, box);
+    steps(world, 120);
+    const BodyState s = state(world, body);
+    CHECK(s.p_WBo.y == Approx(0.5).margin(1e-3));
+    CHECK(s.p_WBo.z == 0);
+    CHECK(norm(s.v_WBcm) < 1e-6);
+  }
+}
+
+}  // namespace cradle

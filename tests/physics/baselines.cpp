@@ -254,6 +254,7 @@ TEST_CASE("what falls is inside for a tick by impulse, and not by lcp") {
     worst.run(world, 120);
     CHECK(state(world, body).p_WBo.z == Approx(0.5).margin(1e-4));
     CHECK(norm(state(world, body).v_WBcm) < 1e-9);
+    CHECK(worst.makeshift == 0);
     if (solver == "lcp") {
       CHECK(worst.penetration_m < 1e-12);
     } else {
@@ -263,7 +264,42 @@ TEST_CASE("what falls is inside for a tick by impulse, and not by lcp") {
   }
 }
 
-TEST_CASE("a hundred on five: pivots hold it, sweeps do not") {
+TEST_CASE("a cube at rest with restitution 1 bounces off nothing, by lcp and impulse") {
+  for (const std::string solver : {"lcp", "impulse"}) {
+    CAPTURE(solver);
+    World world(settings_of(solver));
+    BodySpec floor = ground();
+    floor.material.restitution = 1;
+    add(world, floor);
+    BodySpec cube = brick({0.5, 0.5, 0.5}, {0, 0, 0.5});
+    cube.material.restitution = 1;
+    const BodyId body = add(world, cube);
+    for (int k = 0; k < 120; ++k) {
+      world.step();
+      CHECK(norm(state(world, body).v_WBcm) < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("penalty loses most of what a fast body brings") {
+  // Known failure: stopped at the impact, where there is no overlap and so no force yet, it goes
+  // far in within the next sub-steps. Two cubes at 120 m/s with restitution 1: lcp gives 120 back.
+  for (const std::string solver : {"lcp", "penalty"}) {
+    World world(settings_of(solver, {}));
+    BodySpec left = brick({0.5, 0.5, 0.5}, {-1, 0, 0}, {120, 0, 0});
+    BodySpec right = brick({0.5, 0.5, 0.5}, {1, 0, 0}, {-120, 0, 0});
+    left.material.restitution = right.material.restitution = 1;
+    const BodyId a = add(world, left), b = add(world, right);
+    steps(world, 60);
+    const double apart = state(world, b).v_WBcm.x - state(world, a).v_WBcm.x;
+    CAPTURE(solver, apart);
+    CHECK(state(world, a).p_WBo.x < -0.5);
+    CHECK((solver == "lcp") == (std::abs(apart - 240) < 1e-9));
+    CHECK(apart < 240 + 1e-9);
+  }
+}
+
+TEST_CASE("a hundred on four: pivots hold it, sweeps do not") {
   for (const std::string solver : {"lcp", "impulse"}) {
     CAPTURE(solver);
     World world(settings_of(solver));

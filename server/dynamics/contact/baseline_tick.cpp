@@ -9,7 +9,7 @@
 namespace cradle {
 namespace {
 
-constexpr double kRestTicks = 2;      ///< as in soft_step.cpp ("rests with restitution")
+constexpr double kRestTicks = 2;      ///< as in soft_step.cpp ("bounces off nothing")
 constexpr double kOverlap_m = 1e-12;  ///< less is rounding of places ("a stack by pivots")
 
 }  // namespace

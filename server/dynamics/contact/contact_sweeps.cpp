@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 namespace cradle {
 namespace {
@@ -17,7 +16,7 @@ Vector own_velocity(const Point& point, const BodyLine* lines) {
 /// The impulse with which the point would stick, if its cone allows for that.
 bool sticks(const Point& point, const Vector& impulse, const Vector& u, Vector& stuck) {
   stuck = impulse - point.inverse_K * u;
-  return stuck.x() >= 0 && std::hypot(stuck.y(), stuck.z()) <= point.c->friction * stuck.x();
+  return stuck.x() >= 0 && stuck.tail<2>().norm() <= point.c->friction * stuck.x();
 }
 
 Vector pressed(const Point& point, Vector impulse, const Vector& u) {

@@ -8,7 +8,7 @@ namespace cradle {
 struct SweepSettings {
   int sweeps_max = 200;   ///< a stack of n, the top one R times as heavy, asks for 3 n^2 + 7 n R
   double enough = 1e-10;  ///< of the largest change in the first sweep
-  double still = 1e-13;   ///< m/s, or m: or so much, which is rounding ("a cube at rest")
+  double still = 1e-13;   ///< m/s, or m: or so much, which is rounding ("what falls")
   bool has_friction = true;
 };
 

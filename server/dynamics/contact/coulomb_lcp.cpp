@@ -80,7 +80,8 @@ LcpSolution solve_polyhedral(const CoulombProblem& problem, const MatrixXd& D, d
 
 /// Where each point's friction is to act: against its sliding, or as it does where it sticks.
 void turn_to(const CoulombProblem& problem, const VectorXd& impulses, Ways& ways) {
-  constexpr double kStill = 1e-9;  // of the scaled b: slower is rounding of what sticks
+  constexpr double kStill =
+      1e-9;  // of the scaled b: slower is rounding of what sticks ("agree in space")
   const VectorXd u = problem.velocities(impulses);
   for (Index i = 0; i < problem.points(); ++i) {
     const Index row = problem.row(i) + 1;

@@ -28,8 +28,8 @@ using Eigen::VectorXd;
 
 /// All of the scaled problem, without unit.
 struct ModeTolerances {
-  double law = 1e-9;        ///< what a condition may miss by rounding ("agree")
-  double singular = 1e-10;  ///< of the largest pivot of the equations ("corners of a box")
+  double law = 1e-9;        ///< what a condition may miss by rounding ("agree in space")
+  double singular = 1e-10;  ///< of the largest pivot of the equations ("agree in the plane")
   double newton = 1e-13;    ///< a step that ends the iteration
   int newton_max = 30;      ///< from near by it takes five
   double distinct = 1e-6;   ///< velocities that are others

@@ -25,7 +25,7 @@
 namespace cradle {
 namespace {
 
-/// m: what was moved apart touches, to rounding ("a stack of ten").
+/// m: what was moved apart touches, to rounding ("P36").
 constexpr double kTouching_m = 1e-4;
 
 class ImpulseStep final : public ContactSolver {

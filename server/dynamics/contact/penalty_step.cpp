@@ -37,8 +37,8 @@ namespace {
 struct PenaltyTolerances {
   double pull = 9.81;   ///< m/s^2: loads that springs are made for, where there are less ("P18")
   double angle = 0.1;   ///< h omega, at most: the error of e is a seventh of it ("P18")
-  double margin = 0.5;  ///< of the stability bound ("a stack by penalty")
-  double slip = 1e-3;   ///< m/s, least vs: creep that nobody sees ("P16")
+  double margin = 0.5;  ///< of the stability bound ("springs softer")
+  double slip = 1e-3;   ///< m/s, least vs ("P16")
   double tolerance_m = 5e-4;  ///< of contacts without one
 };
 constexpr PenaltyTolerances kTolerances;
@@ -178,7 +178,7 @@ class PenaltyStep final : public ContactSolver {
       const double fn = -m * spring.omega * (spring.omega * s + 2 * spring.zeta * u.x());
       const double most = point.c->friction * std::max(fn, 0.0);
       const double round = most * (point.K.y() + point.K.z()) * h * spring.points;
-      const double slide = std::hypot(u.y(), u.z());
+      const double slide = u.tail<2>().norm();
       const double share = most / std::max({slide, kTolerances.slip, round});
       impulses_[i] = h * Vector(fn, -share * u.y(), -share * u.z());
     }

@@ -23,7 +23,7 @@ struct LcpSolution {
 
 /// All are relative, without unit.
 struct LcpTolerances {
-  /// Of the largest of a column: what is smaller is rounding, no pivot ("as often as they touch").
+  /// Of the largest of a column: what is smaller is rounding, no pivot ("degenerate").
   double pivot = 1e-11;
   /// Of q's largest: ratios so near to each other are one, and the lexicographic rule chooses among
   /// them ("degenerate").

@@ -92,6 +92,8 @@ void add_simulate(CLI::App& app, SimulateOptions& options) {
   simulate->add_option("--duration", options.duration_s, "Simulated time, s")->required();
   simulate->add_option("--dt", options.dt_s, "Length of a tick, s, instead of the scene's");
   simulate->add_option("--substeps", options.sub_steps, "Sub-steps a tick, instead of the scene's");
+  simulate->add_option("--solver", options.solver, "Contact solver, instead of the scene's")
+      ->check(CLI::IsMember(solver_names()));
   simulate->add_option("--scheme", options.scheme, "Scheme of free flight, instead of the scene's")
       ->check(CLI::IsMember(scheme_names()));
   simulate->add_flag("--full", options.is_full,

@@ -124,6 +124,7 @@ WorldSettings settings_of(const SimulateOptions& options, WorldSettings settings
     check_range("--substeps", *options.sub_steps, 1, limits::kSubStepsMax);
     settings.sub_steps = *options.sub_steps;
   }
+  if (options.solver) settings.solver = *options.solver;
   if (options.scheme) settings.scheme = *options.scheme;
   settings.is_full = options.is_full;
   return settings;

@@ -44,7 +44,8 @@ struct SimulateOptions {
   double duration_s = 0;              ///< rounded to whole ticks, 1 or more
   std::optional<double> dt_s;         ///< instead of the scene's 1 / rate_hz
   std::optional<int> sub_steps;       ///< instead of the scene's
-  std::optional<std::string> scheme;  ///< of scheme_names(), instead of the scene's
+  std::optional<std::string> solver;  ///< of solver_names(), instead of the scene's
+  std::optional<std::string> scheme;  ///< of scheme_names(), likewise
   bool is_full = false;               ///< the full model, see WorldSettings
   std::string trace;                  ///< path of a CSV file, "-": standard output, empty: none
   std::string summary;                ///< path of a JSON file, likewise

@@ -168,6 +168,18 @@ TEST_CASE(
   CHECK(json_number(json, "ticks") == 50);
 }
 
+TEST_CASE("the flag --solver stands instead of the scene's, and what it could not do is counted") {
+  const std::string json =
+      summary_of({scene("stack.toml"), "--duration", "0.1", "--solver", "lcp"});
+  CHECK(json_value(json, "solver") == "\"lcp\"");
+  const std::string heap =
+      summary_of({scene("bench_stack.toml"), "--duration", "0.1", "--solver", "lcp"});
+  CHECK(json_number(heap, "islands_makeshift") == 6);  // twenty cubes, in each tick
+  const std::string soft = summary_of({scene("stack.toml"), "--duration", "0.1"});
+  CHECK(json_value(soft, "solver") == "\"soft\"");
+  CHECK(json_number(soft, "islands_makeshift") == 0);
+}
+
 TEST_CASE("trace and summary go to files, and the summary to standard output by default") {
   const Folder folder;
   const std::string trace = (folder.path / "trace.csv").string();
@@ -204,6 +216,7 @@ TEST_CASE("whatever is wrong with a command line or its files is one line and an
       {{"cradled", "simulate", empty, "--duration", "1", "--dt", "2"}, 64, "--dt"},
       {{"cradled", "simulate", empty, "--duration", "1", "--dt", "0"}, 64, "--dt"},
       {{"cradled", "simulate", empty, "--duration", "1", "--substeps", "65"}, 64, "--substeps"},
+      {{"cradled", "simulate", empty, "--duration", "1", "--solver", "none"}, 64, "--solver"},
       {{"cradled", "simulate", empty, "--duration", "1", "--threads", "0"}, 64, "--threads"},
       {{"cradled", "simulate", empty, "--duration", "1", "--trace", "-", "--summary", "-"},
        64,

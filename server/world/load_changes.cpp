@@ -20,6 +20,10 @@ double size2(const World::State& s, std::size_t i, const Vector& acceleration,
              torque_P.dot(s.bodies.inverse_inertia[i].cwiseProduct(torque_P));
 }
 
+bool are_same(const BodyLoad& p, const BodyLoad& q) {
+  return p.acceleration == q.acceleration && p.torque == q.torque;
+}
+
 bool has_changed(const World::State& s, std::size_t i, const BodyLoad& before,
                  const BodyLoad& now) {
   const double change2 =
@@ -34,7 +38,8 @@ bool has_changed(const World::State& s, std::size_t i, const BodyLoad& before,
 void find_shaken(World::State& s) {
   PastLoads& past = s.past_loads;
   s.shaken.clear();
-  if (past.gravity_W != s.gravity_W) s.shaken = s.moving;
+  s.stirred.clear();
+  if (past.gravity_W != s.gravity_W) s.shaken = s.stirred = s.moving;
   past.gravity_W = s.gravity_W;
   s.pushed.clear();
   for (const std::int32_t slot : s.loads.pushed) {
@@ -50,8 +55,10 @@ void find_shaken(World::State& s) {
     const bool is = now != s.pushed.cend() && (!was || now->id == before->id);
     const BodyLoad none{is ? now->id : before->id, Vector::Zero(), Vector::Zero()};
     const auto slot = s.bodies.slot({none.id});
-    if (slot && has_changed(s, *slot, was ? *before : none, is ? *now : none)) {
-      s.shaken.push_back(static_cast<std::int32_t>(*slot));
+    const BodyLoad &then = was ? *before : none, &here = is ? *now : none;
+    if (slot && !are_same(then, here)) {
+      s.stirred.push_back(static_cast<std::int32_t>(*slot));
+      if (has_changed(s, *slot, then, here)) s.shaken.push_back(s.stirred.back());
     }
     before += was ? 1 : 0;
     now += is ? 1 : 0;

@@ -21,8 +21,8 @@ struct PastLoads {
   std::vector<BodyLoad> pushed;  ///< ascending ids
 };
 
-/// Lists the slots of bodies in contact whose loads are not those of the tick before, but by less
-/// than a twentieth, and keeps this tick's. After Steps::list_contacts.
+/// Lists the slots of bodies whose loads are not those of the tick before (stirred), and by more
+/// than a twentieth (shaken), and keeps this tick's. After Steps::list_contacts.
 void find_shaken(World::State& s);
 
 }  // namespace cradle

@@ -114,7 +114,8 @@ struct World::State {
   Overlaps overlaps;                         ///< of them
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
-  std::vector<std::int32_t> shaken;          ///< slots of those whose loads have just changed
+  std::vector<std::int32_t> stirred;         ///< slots of those whose loads have just changed
+  std::vector<std::int32_t> shaken;          ///< of these, by much
   std::vector<BodyLoad> pushed;              ///< room for `past_loads`
   std::vector<Vector> x_start;               ///< of `moving`, in their order
   std::vector<Rotation> q_start;

@@ -35,6 +35,7 @@ struct World::Steps {
   static void list_touching(State& s);
   static void list_contacts(State& s);
   static void prepare(State& s);
+  static ContactTick contact_tick(const State& s);
   static StepReport report(const State& s);
 };
 
@@ -59,9 +60,8 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   Steps::prepare(s);
   move_with_springs(s);
   add_drag(s);
-  s.solved = s.solver->advance({s.dt, s.settings.sub_steps, s.settings.contact_tolerance_m,
-                                s.settings.lanes, s.moving, s.driven, s.balance.is_due, s.shaken},
-                               s.arrays(), s.inverse_inertia_W, s.constraints);
+  s.solved =
+      s.solver->advance(Steps::contact_tick(s), s.arrays(), s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
   stop_at_impacts(s, executor);
@@ -282,6 +282,21 @@ void World::Steps::prepare(State& s) {
     s.overlaps.add(c);
   }
   s.constraints.resize(used);
+}
+
+/// What the contact solver is to know beside bodies and constraints.
+ContactTick World::Steps::contact_tick(const State& s) {
+  ContactTick tick;
+  tick.dt = s.dt;
+  tick.sub_steps = s.settings.sub_steps;
+  tick.tolerance_m = s.settings.contact_tolerance_m;
+  tick.lanes = s.settings.lanes;
+  tick.moving = s.moving;
+  tick.driven = s.driven;
+  tick.is_balanced = s.balance.is_due;
+  tick.stirred = s.stirred;
+  tick.shaken = s.shaken;
+  return tick;
 }
 
 StepReport World::Steps::report(const State& s) {

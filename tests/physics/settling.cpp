@@ -171,6 +171,24 @@ TEST_CASE("what slides on slides on") {
   CHECK(state(world, body).p_WBo.x == Approx(0.02).epsilon(1e-6));
 }
 
+TEST_CASE("however little pushes what is free to move, it moves") {
+  World world(settings());
+  add(world, ground(0));
+  BodySpec slider = brick({0.5, 0.5, 0.5}, {0, 0, 0.5});
+  slider.material.friction = 0;
+  const BodyId body = add(world, slider);
+  steps(world, 100);
+  REQUIRE(fastest(world) == 0);
+  constexpr double kForce = 5e-4;  // N; what is left unbalanced at rest may be twice as much
+  REQUIRE(world.push(std::array{push(body, {kForce, 0, 0})}).result == Result::ok);
+  steps(world, 300);
+  CHECK(state(world, body).p_WBo.x == Approx(0.5 * kForce * 25).epsilon(0.01));
+  REQUIRE(world.clear_wrenches(std::array{body}).result == Result::ok);
+  const double v = state(world, body).v_WBcm.x;
+  steps(world, 300);
+  CHECK(state(world, body).v_WBcm.x == Approx(v).epsilon(1e-9));
+}
+
 TEST_CASE("what swings farther than the tolerance is left alone") {
   // With the number of sub-steps fixed, the tolerance says nothing but when sway may end.
   std::vector<BodyState> ends[2];

@@ -20,13 +20,14 @@ struct ContactTick {
   std::span<const std::int32_t> moving;       ///< slots of the dynamic bodies to move, ascending
   std::span<const std::int32_t> driven;       ///< slots of kinematic bodies they touch, ascending
   bool is_balanced = false;                   ///< the report is to have a balance
-  std::span<const std::int32_t> shaken = {};  ///< slots of bodies whose loads have just changed
+  std::span<const std::int32_t> shaken = {};  ///< slots of bodies whose loads have changed by much
   /// Of `moving`, in their order: who goes with whom, by numbers below `islands_count`. Empty: all
   /// together.
   std::span<const std::int32_t> islands = {};
   std::size_t islands_count = 1;
   /// Of `moving`, in their order: 1 if it lies among others and none moves much. Empty: none does.
   std::span<const std::uint8_t> resting = {};
+  std::span<const std::int32_t> stirred = {};  ///< slots of bodies whose loads have just changed
 };
 
 /// Islands that took the same number of sub-steps.

@@ -51,6 +51,7 @@ class ContactSystem {
   /// Of these points, all of which act, with what the lines have now, and their biases.
   static CoulombProblem problem(Points points, const BodyLine* lines);
 
+ private:
   Islands islands_;
   std::vector<Point> points_;         // by island
   std::vector<std::size_t> firsts_;   // of each island, and the end

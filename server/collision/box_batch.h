@@ -11,13 +11,6 @@
 
 namespace cradle {
 
-/// Takes the manifolds of pairs as they are made, in any order.
-class MadeManifolds {
- public:
-  virtual ~MadeManifolds() = default;
-  virtual void take(std::size_t key, const Manifold& manifold) = 0;
-};
-
 /// What the axes of two boxes tell. `s`: separation along the best one, m; `next`: a bound on that
 /// along the others.
 struct BoxAxes {

@@ -180,17 +180,17 @@ double lead(const ConvexPair& pair, const LeastOverlap& least, const SupportFeat
 
 }  // namespace
 
-Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, double margin) {
-  const ConvexPair pair(collider_A, collider_B);
-  if (!(pair.t.squaredNorm() < kInfinity && pair.R.squaredNorm() < kInfinity)) return {};
-  SupportHints hints;
-  const double lead_wanted =
-      2 * kTolerances.kept_motion * 2 * std::min({1.0, pair.A.thickness, pair.B.thickness});
-  LeastOverlap least = least_overlap(pair, margin + pair.radii(), hints, lead_wanted);
+double lead_worth_knowing(const ConvexPair& pair) {
+  return 2 * kTolerances.kept_motion * 2 * std::min({1.0, pair.A.thickness, pair.B.thickness});
+}
+
+Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHints& hints,
+                         const Pose& X_WA, double margin) {
   if (!least.is_within_limit) return apart(-least.overlap - pair.radii());
 
-  SupportFeature A = support_feature(pair.A, least.n, hints.A);
-  SupportFeature B = support_feature(pair.B, -(pair.R.transpose() * least.n), hints.B);
+  SupportFeature A = support_feature(pair.A, least.n, hints.A, least.farthest.A);
+  SupportFeature B =
+      support_feature(pair.B, -(pair.R.transpose() * least.n), hints.B, least.farthest.B);
   sharpen(pair, A, B, least, hints);
   const double s = -least.overlap - pair.radii();
   if (!(s <= margin)) return apart(s);
@@ -212,7 +212,6 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
     bring_best_four(points);
     points = points.first(kManifoldPoints);
   }
-  const Pose& X_WA = collider_A.X_WB;
   const Matrix R_WF = X_WA.R * T.transpose();
   Manifold manifold;
   manifold.normal_W = R_WF.col(2);
@@ -224,6 +223,15 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
                           points[k].name};
   }
   return manifold;
+}
+
+Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, double margin) {
+  const ConvexPair pair(collider_A, collider_B);
+  if (!pair.is_finite()) return {};
+  SupportHints hints;
+  const LeastOverlap least =
+      least_overlap(pair, margin + pair.radii(), hints, lead_worth_knowing(pair));
+  return convex_manifold(pair, least, hints, collider_A.X_WB, margin);
 }
 
 }  // namespace cradle

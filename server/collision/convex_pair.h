@@ -6,16 +6,19 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "server/collision/convex_shape.h"
+#include "server/collision/manifold.h"
 
 namespace cradle {
 
 struct ConvexPair {
   ConvexShape A, B;
-  Matrix R;       ///< turns vectors of B into A
-  Vector t;       ///< from Ao to Bo
-  Vector centre;  ///< from A's centre to B's
+  Matrix R;         ///< turns vectors of B into A
+  Vector t;         ///< from Ao to Bo
+  Vector centre;    ///< from A's centre to B's
+  Matrix toward_B;  ///< turns n into B, and back: where B reaches farthest
 
   ConvexPair(const Collider& collider_A, const Collider& collider_B);
   ConvexPair(const ConvexShape& shape_A, const Pose& X_WA, const ConvexShape& shape_B,
@@ -23,6 +26,12 @@ struct ConvexPair {
 
   /// One is flat: it has no far side to be left by.
   bool has_flat() const { return A.is_flat() || B.is_flat(); }
+  /// Two hulls that know their likely vertices.
+  bool are_quick_hulls = A.is_quick_hull() && B.is_quick_hull();
+  bool is_finite() const {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    return t.squaredNorm() < kInfinity && R.squaredNorm() < kInfinity;
+  }
   double radii() const { return A.radius + B.radius; }
   /// Well below the size of the smaller shape.
   double small_length() const { return 1e-2 * std::min(A.thickness, B.thickness); }
@@ -39,11 +48,7 @@ struct Difference {
 };
 
 /// The pair's a and b for which n . (a - b) is largest.
-inline Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints) {
-  const Vector a = pair.A.support(n, hints.A);
-  const Vector b = pair.B.support(-(pair.R.transpose() * n), hints.B);
-  return {a - (pair.R * b + pair.t), a};
-}
+Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints);
 
 /// How far A's core reaches into that of B along n; negative: apart.
 inline double core_overlap(const ConvexPair& pair, const Vector& n, SupportHints& hints) {
@@ -85,11 +90,27 @@ struct LeastOverlap {
   /// less, or n has turned; it may be more. 0: not known; below: too little to rely on.
   double lead = 0;
   double sine = 1;  ///< of the angle between the edges that n is across; 1: it is not across two
+  SupportHints farthest{-1, -1};  ///< vertices of hulls that are farthest along n, if not below 0
+
+  /// Farther apart than the limit, by that distance at least.
+  static LeastOverlap beyond(double distance) {
+    LeastOverlap nothing;
+    nothing.overlap = -distance;
+    return nothing;
+  }
 };
 
 /// `limit` is a distance of the cores, m. The lead is sought if `lead_wanted` (m) is above 0, and
 /// up to that.
 LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints,
                            double lead_wanted = 0);
+
+/// A lead beyond this is of no use.
+double lead_worth_knowing(const ConvexPair& pair);
+
+/// The manifold of two shapes, once the direction of least overlap is known for the limit
+/// `margin + radii()`, m.
+Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHints& hints,
+                         const Pose& X_WA, double margin);
 
 }  // namespace cradle

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/collision/direction_grid.h"
+#include "server/collision/likely_vertices.h"
 #include "server/collision/surface.h"
 
 namespace cradle {
@@ -13,36 +13,9 @@ namespace {
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-using Two = double __attribute__((vector_size(16)));
-
-/// Of the candidates of a cell of directions, four at a time. Which is farthest is chance: to guess
-/// it by branches would cost more than to find it.
-std::uint16_t farthest_likely(const ConvexHull& hull, const Vector& d) {
-  const std::size_t cell = DirectionGrid::cell(d);
-  const std::uint16_t* v = hull.likely.data() + hull.likely_first[cell];
-  const std::uint16_t* const end = hull.likely.data() + hull.likely_first[cell + 1];
-  const Vector* const vertices = hull.vertices.data();
-  const auto reach = [&](const Vector& p, const Vector& q) {
-    return Two{p.x(), q.x()} * d.x() + (Two{p.y(), q.y()} * d.y() + Two{p.z(), q.z()} * d.z());
-  };
-  std::uint16_t farthest = *v;
-  double most = -std::numeric_limits<double>::infinity();
-  for (; v != end; v += 4) {
-    const Two even = reach(vertices[v[0]], vertices[v[2]]);
-    const Two odd = reach(vertices[v[1]], vertices[v[3]]);
-    const auto is_odd = odd > even;  // -1 where it is
-    const Two best = is_odd ? odd : even;
-    const auto half = -static_cast<std::int64_t>(best[1] > best[0]);
-    const std::int64_t low = -is_odd[0], high = 2 - is_odd[1];
-    const double r = std::max(best[0], best[1]);
-    if (r > most) farthest = v[low ^ ((low ^ high) & half)], most = r;
-  }
-  return farthest;
-}
-
 const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int32_t& hint) {
   if (!hull.likely.empty()) {
-    hint = farthest_likely(hull, d);
+    hint = farthest_likely(hull, DirectionGrid::cells(d, d)[0], d);
     return hull.vertices[index(hint)];
   }
   double best = d.dot(hull.vertices[index(hint)]);

@@ -34,6 +34,9 @@ struct ConvexShape {
   /// Without an inside.
   bool is_flat() const { return inner_radius == 0 && radius == 0; }
 
+  /// A hull that knows which vertices are likely to be farthest along a direction.
+  bool is_quick_hull() const { return hull != nullptr && !hull->likely.empty(); }
+
   /// A point of the core that is farthest along `d`, which need not have unit length. `hint` is for
   /// hulls: where the search begins, and then the vertex found. It changes time, not the result's
   /// quality; it must be 0 at first.

@@ -4,26 +4,28 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstdint>
 
 #include "server/collision/geometry.h"
 
 namespace cradle {
 
 struct DirectionGrid {
-  static constexpr int kAcross = 32;  ///< even, so that no cell has parts of two sides
+  static constexpr int kAcross = 32;  ///< a power of two: no cell has parts of two sides
   static constexpr std::size_t kCells = 2 * kAcross * kAcross;  ///< half of them beside the sides
 
-  /// Of a direction of any length; zero and what is no number are in some cell, too.
-  static std::size_t cell(const Vector& d) {
-    const double sum = std::abs(d.x()) + std::abs(d.y()) + std::abs(d.z());
-    const double scale = 0.5 * kAcross / sum;
-    const auto place = [&](double x) {
-      return static_cast<int>(
-          std::min<double>(kAcross - 1, std::max(0.0, x * scale + 0.5 * kAcross)));
+  using Two = double __attribute__((vector_size(16)));
+
+  /// Of two directions of any length; zero and what is no number are in some cell, too.
+  static std::array<std::size_t, 2> cells(const Vector& d, const Vector& e) {
+    const Two x{d.x(), e.x()}, y{d.y(), e.y()}, z{d.z(), e.z()};
+    const Two scale = kInside * kHalf / (size(x) + size(y) + size(z));
+    const Whole i = place(x * scale), j = place(y * scale);
+    const auto cell = [&](int k) {
+      const int below = z[k] < 0;
+      return static_cast<std::size_t>((below * kAcross + j[k]) * kAcross + i[k]);
     };
-    const int below = d.z() < 0;
-    return static_cast<std::size_t>((below * kAcross + place(d.y())) * kAcross + place(d.x()));
+    return {cell(0), cell(1)};
   }
 
   /// Unit vectors between which all directions of the cell are.
@@ -37,6 +39,21 @@ struct DirectionGrid {
       corners[k] = Vector(x, y, cell < kCells / 2 ? z : -z).normalized();
     }
     return corners;
+  }
+
+ private:
+  using Bits = std::int64_t __attribute__((vector_size(16)));
+  using Whole = std::int32_t __attribute__((vector_size(8)));
+  static constexpr double kHalf = 0.5 * kAcross;
+  static constexpr double kInside = 1 - 1e-12;  ///< so that the last cells hold the grid's ends
+
+  static Two size(const Two& x) {
+    return reinterpret_cast<Two>(reinterpret_cast<Bits>(x) &
+                                 std::numeric_limits<std::int64_t>::max());
+  }
+  static Whole place(const Two& along) {
+    static_assert((kAcross & (kAcross - 1)) == 0);
+    return __builtin_convertvector(along + kHalf, Whole) & (kAcross - 1);
   }
 };
 

@@ -9,8 +9,11 @@
 #include "server/collision/expanding_polytope.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+
+#include "server/collision/lanes.h"
 
 namespace cradle {
 namespace {
@@ -22,25 +25,52 @@ constexpr double kLevel = 1e-14;  // of the coordinates
 /// A face whose normal and distance differ by less from those of a face of M is a part of it.
 constexpr double kOnePlane = 1e-5, kOnePlane_m = 1e-10;
 
+constexpr std::uint64_t kNumber = 0xff;
+double key_of(double distance, std::size_t face) {
+  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(distance) & ~kNumber) | face);
+}
+
+using Two = double __attribute__((vector_size(16)));
+
 std::uint8_t next_of(std::uint8_t side) {
   return side == 2 ? 0 : static_cast<std::uint8_t>(side + 1);
 }
 
 }  // namespace
 
-bool ExpandingPolytope::add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
-  const Vector &p = corners_[a].w, ab = corners_[b].w - p, ac = corners_[c].w - p;
-  const Vector normal = ab.cross(ac);
-  const double area2 = normal.squaredNorm();
-  if (!(area2 > kFlat * kFlat * ab.squaredNorm() * ac.squaredNorm())) return false;
-  Face& face = faces_[face_count_];
-  face.n = normal * (1 / std::sqrt(area2));
-  face.distance = face.n.dot(p);
-  face.corners = {a, b, c};
-  is_removed_[face_count_] = false;
-  open_[face_count_] = face.distance;
-  listed_[listed_count_++] = static_cast<std::uint8_t>(face_count_++);
-  return true;
+std::size_t ExpandingPolytope::add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
+  const std::size_t f = face_count_++;
+  faces_[f].corners = {a, b, c};
+  is_removed_[f] = false;
+  return f;
+}
+
+bool ExpandingPolytope::set_planes(std::size_t first) {
+  bool has_flat = false;
+  for (std::size_t f = first; f < face_count_; f += 2) {  // two at a time
+    const std::size_t g = std::min(f + 1, face_count_ - 1);
+    const auto corner = [&](std::size_t k) -> Triple<Two> {
+      const Vector &p = corners_[faces_[f].corners[k]].w, &q = corners_[faces_[g].corners[k]].w;
+      return {Two{p.x(), q.x()}, Two{p.y(), q.y()}, Two{p.z(), q.z()}};
+    };
+    const Triple<Two> p = corner(0), ab = corner(1) - p, ac = corner(2) - p;
+    const Triple<Two> normal = cross(ab, ac);
+    const Two area2 = dot(normal, normal);
+    const auto is_wide = area2 > kFlat * kFlat * dot(ab, ab) * dot(ac, ac);
+    has_flat |= (is_wide[0] & is_wide[1]) == 0;
+    const Triple<Two> n = (1.0 / root(area2)) * normal;
+    const Two distance = dot(n, p);
+    set_plane(g, {n.x[1], n.y[1], n.z[1]}, distance[1]);
+    set_plane(f, {n.x[0], n.y[0], n.z[0]}, distance[0]);
+  }
+  for (std::size_t f = face_count_; f % 4 != 0; ++f) keys_[f] = kClosed;
+  return !has_flat;
+}
+
+void ExpandingPolytope::set_plane(std::size_t f, const Vector& n, double distance) {
+  faces_[f].n = n;
+  faces_[f].distance = distance;
+  keys_[f] = key_of(distance, f);
 }
 
 bool ExpandingPolytope::begin(const std::array<Difference, 4>& corners) {
@@ -52,31 +82,29 @@ bool ExpandingPolytope::begin(const std::array<Difference, 4>& corners) {
   if (!(volume * volume > kFlat * kFlat * across.squaredNorm() * up.squaredNorm())) return false;
   if (volume > 0) std::swap(corners_[1], corners_[2]);
   corner_count_ = 4;
-  face_count_ = listed_count_ = 0;
+  face_count_ = 0;
   // Corner 3 is now below the first face, as seen from outside.
-  if (!(add_face(0, 1, 2) && add_face(0, 3, 1) && add_face(1, 3, 2) && add_face(2, 3, 0))) {
-    return false;
-  }
+  add_face(0, 1, 2);
+  add_face(0, 3, 1);
+  add_face(1, 3, 2);
+  add_face(2, 3, 0);
   for (std::uint8_t f = 1; f < 4; ++f) {
     join({0, static_cast<std::uint8_t>(f - 1)}, {f, 2});
     join({f, 1}, {f < 3 ? static_cast<std::uint8_t>(f + 1) : std::uint8_t{1}, 0});
   }
-  return true;
+  return set_planes(0);
 }
 
-int ExpandingPolytope::nearest(double bound, double keep) {
-  int best = -1;
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < listed_count_; ++k) {
-    const int f = listed_[k];
-    const double distance = open_[static_cast<std::size_t>(f)];
-    listed_[kept] = static_cast<std::uint8_t>(f);
-    kept += distance < keep;
-    best ^= (best ^ f) & -static_cast<int>(distance < bound);  // a branch would be chance
-    bound = std::min(bound, distance);
-  }
-  listed_count_ = kept;
-  return best;
+int ExpandingPolytope::nearest(double bound) const {
+  Two even{kClosed, kClosed}, odd = even;
+  const auto look_at_four = [&](std::size_t f) {
+    even = smaller(even, Two{keys_[f], keys_[f + 1]});
+    odd = smaller(odd, Two{keys_[f + 2], keys_[f + 3]});
+  };
+  for (std::size_t f = 0; f < face_count_; f += 4) look_at_four(f);
+  const Two both = smaller(even, odd);
+  const double key = std::min(both[0], both[1]);
+  return key < bound ? static_cast<int>(std::bit_cast<std::uint64_t>(key) & kNumber) : -1;
 }
 
 bool ExpandingPolytope::expand(int f, const Difference& corner) {
@@ -107,17 +135,17 @@ void ExpandingPolytope::remove_seeing(const Vector& w, double level, const Edge&
 
 bool ExpandingPolytope::fill_hole(const Rim& rim, std::uint8_t top) {
   if (rim.is_broken || rim.count < 3 || face_count_ + rim.count > kFacesMax) return false;
-  const auto first = static_cast<std::uint8_t>(face_count_);
-  const auto last = static_cast<std::uint8_t>(first + rim.count - 1);
-  for (std::uint8_t f = first; f <= last; ++f) {
-    const Edge& outer = rim.edges[f - first];
-    const Edge& next = rim.edges[f < last ? f - first + 1 : 0];
-    if (start_of(outer) != end_of(next)) return false;  // not one ring: rounding has cut it
-    if (!add_face(end_of(outer), start_of(outer), top)) return false;
+  const std::size_t first = face_count_, last = first + rim.count - 1;
+  for (std::size_t k = 0; k < rim.count; ++k) {
+    const Edge& outer = rim.edges[k];
+    const Edge& next = rim.edges[k + 1 < rim.count ? k + 1 : 0];
+    const std::uint8_t end = end_of(outer), start = start_of(outer);
+    if (start != end_of(next)) return false;  // not one ring: rounding has cut it
+    const auto f = static_cast<std::uint8_t>(add_face(end, start, top));
     join({f, 0}, outer);
-    join({f, 1}, {f < last ? static_cast<std::uint8_t>(f + 1) : first, 2});
+    join({f, 1}, {static_cast<std::uint8_t>(f < last ? f + 1 : first), 2});
   }
-  return true;
+  return set_planes(first);
 }
 
 std::array<double, 3> ExpandingPolytope::weights_at_foot(const Face& face) const {
@@ -127,6 +155,10 @@ std::array<double, 3> ExpandingPolytope::weights_at_foot(const Face& face) const
                w_c = face.n.dot(a.cross(b));
   const double sum = w_a + w_b + w_c;  // twice the area
   return {w_a / sum, w_b / sum, w_c / sum};
+}
+
+bool ExpandingPolytope::has_foot(const Face& face) const {
+  return std::ranges::min(weights_at_foot(face)) >= 0;
 }
 
 int ExpandingPolytope::face_at_foot(const Vector& n, double distance) const {

@@ -25,18 +25,20 @@ class ExpandingPolytope {
   /// False if the tetrahedron of the corners is flat.
   bool begin(const std::array<Difference, 4>& corners);
 
-  /// The face whose plane is nearest to the origin, of those nearer than `bound`; -1: none. Those
-  /// not nearer than `keep`, which is no less, are not found again.
-  int nearest(double bound, double keep);
+  /// The face whose plane is nearest to the origin, of those nearer than `bound`; -1: none. To
+  /// 6e-14 of the distance.
+  int nearest(double bound) const;
   const Face& face(int f) const { return faces_[static_cast<std::size_t>(f)]; }
 
   /// The face is not to be found again: it lies in M's surface.
-  void close(int f) { open_[static_cast<std::size_t>(f)] = kClosed; }
+  void close(int f) { keys_[static_cast<std::size_t>(f)] = kClosed; }
 
   /// Takes in a corner that is beyond the face. False if there is no room for it, or if rounding
   /// makes a face of it flat; then the polytope is of no more use.
   bool expand(int f, const Difference& corner);
 
+  /// The foot of the origin is on the face, not beside it.
+  bool has_foot(const Face& face) const;
   /// Of a face of M, which the polytope has in triangles: the triangle with the foot of the origin,
   /// or nearest to it. -1: it has none of it.
   int face_at_foot(const Vector& n, double distance) const;
@@ -49,7 +51,7 @@ class ExpandingPolytope {
 
  private:
   static constexpr std::size_t kFacesMax = 4 * kCornersMax;  // in all, removed ones among them
-  static constexpr double kClosed = std::numeric_limits<double>::infinity();
+  static constexpr double kClosed = 1e300;
 
   /// The edges around a hole, in order, as the faces that stay have them.
   struct Rim {
@@ -70,8 +72,11 @@ class ExpandingPolytope {
     return faces_[edge.face].corners[edge.side == 2 ? 0 : edge.side + 1];
   }
 
-  /// False if it is flat.
-  bool add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);
+  /// Its number; its plane has yet to be set.
+  std::size_t add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);
+  /// Of all faces from `first` on. False if one is flat.
+  bool set_planes(std::size_t first);
+  void set_plane(std::size_t f, const Vector& n, double distance);
   void join(const Edge& edge, const Edge& other) {
     faces_[edge.face].across[edge.side] = other;
     faces_[other.face].across[other.side] = edge;
@@ -89,10 +94,11 @@ class ExpandingPolytope {
 
   std::array<Difference, kCornersMax> corners_;
   std::array<Face, kFacesMax> faces_;
-  std::array<double, kFacesMax> open_;  ///< the distance, or kClosed
+  /// The distance with the face's number in its last bits, so that the least of them tells both; or
+  /// kClosed. Filled up to a multiple of four.
+  std::array<double, kFacesMax> keys_;
   std::array<bool, kFacesMax> is_removed_;
-  std::array<std::uint8_t, kFacesMax> listed_;  ///< that may be nearest
-  std::size_t corner_count_ = 0, face_count_ = 0, listed_count_ = 0;
+  std::size_t corner_count_ = 0, face_count_ = 0;
 };
 
 }  // namespace cradle

@@ -13,7 +13,7 @@
 #include <array>
 #include <cmath>
 
-#include "server/collision/convex_pair.h"
+#include "server/collision/closest_search.h"
 
 namespace cradle {
 namespace {
@@ -21,18 +21,8 @@ namespace {
 constexpr int kIterationsMax = 48;
 constexpr double kRounding = 4e-16;  // of the coordinates of corners
 
-/// Up to four corners, with B moved.
-struct Corners {
-  std::array<Difference, 4> corners;
-  std::size_t count = 0;
-};
-
-struct Foot {
-  Vector v = Vector::Zero();
-  std::array<std::uint8_t, 3> corners{};
-  std::array<double, 3> weights{};
-  std::uint8_t count = 0;
-};
+using Corners = ClosestSearch::Corners;
+using Foot = ClosestSearch::Foot;
 
 Foot foot_on_corner(const Corners& s, std::uint8_t i) { return {s.corners[i].w, {i}, {1}, 1}; }
 
@@ -133,67 +123,86 @@ bool has(const Corners& s, const Vector& w) {
 
 }  // namespace
 
+ClosestSearch::ClosestSearch(const Vector& shift, double limit, Simplex& simplex)
+    : shift_(shift), limit_(limit), simplex_(simplex) {
+  for (std::size_t i = 0; i < simplex.count; ++i) {
+    s_.corners[i] = {simplex.corners[i].w - shift, simplex.corners[i].a};
+    largest_ = std::max(largest_, s_.corners[i].w.cwiseAbs().maxCoeff());
+  }
+  s_.count = simplex.count;
+  simplex.count = 0;
+  foot_on(s_, true, foot_);
+  keep(s_, foot_);
+  distance2_ = foot_.v.squaredNorm();
+  aim();
+}
+
+void ClosestSearch::aim() {
+  if (iteration_++ == kIterationsMax) return end_apart();
+  distance_ = std::sqrt(distance2_);
+  if (!(distance_ > kRounding * largest_)) {
+    end({});
+  } else {
+    direction_ = foot_.v / -distance_;
+  }
+}
+
+void ClosestSearch::take(Difference next) {
+  next.w -= shift_;
+  const double v_w = foot_.v.dot(next.w);
+  if (v_w > limit_ * distance_) {
+    return end({Closest::Kind::beyond_limit, Vector::Zero(), v_w / distance_, Vector::Zero()});
+  }
+  largest_ = std::max(largest_, next.w.cwiseAbs().maxCoeff());
+  const double rounding = kRounding * largest_ * distance_;
+  if (distance2_ - v_w <= std::max(simplex_.gap * distance2_, rounding)) return end_apart();
+  if (has(s_, next.w)) return end_apart();
+  s_.corners[s_.count++] = next;
+  // Where v . w > 0, a plane across v parts M from the origin.
+  const bool is_outside = v_w > rounding;
+  Foot next_foot;
+  if (!foot_on(s_, is_outside, next_foot)) {
+    give_back();
+    return end({});
+  }
+  const double next_distance2 = next_foot.v.squaredNorm();
+  if (!(next_distance2 < distance2_)) {
+    --s_.count;
+    return end_apart();
+  }
+  keep(s_, next_foot);
+  foot_ = next_foot;
+  distance2_ = next_distance2;
+  aim();
+}
+
+void ClosestSearch::give_back() {
+  for (std::size_t i = 0; i < s_.count; ++i) {
+    simplex_.corners[i] = {s_.corners[i].w + shift_, s_.corners[i].a};
+  }
+  simplex_.count = s_.count;
+}
+
+void ClosestSearch::end_apart() {
+  Closest found{Closest::Kind::apart, {}, std::sqrt(distance2_), Vector::Zero()};
+  found.n = foot_.v / -found.distance;
+  for (std::size_t i = 0; i < s_.count; ++i) {
+    found.p_A += foot_.weights[i] * s_.corners[i].a;
+    simplex_.weights[i] = foot_.weights[i];
+  }
+  give_back();
+  end(found);
+}
+
 Closest closest(const ConvexPair& pair, const Vector& shift, const Vector& n, double limit,
                 Simplex& simplex, SupportHints& hints) {
-  Corners s;
-  for (std::size_t i = 0; i < simplex.count; ++i) {
-    s.corners[i] = {simplex.corners[i].w - shift, simplex.corners[i].a};
+  if (simplex.count == 0) {
+    simplex.corners[0] = support(pair, n, hints);
+    simplex.count = 1;
   }
-  s.count = simplex.count;
-  simplex.count = 0;
-  if (s.count == 0) {
-    const Difference first = support(pair, n, hints);
-    s.corners[s.count++] = {first.w - shift, first.a};
-  }
-  double largest = 0;
-  for (std::size_t i = 0; i < s.count; ++i) {
-    largest = std::max(largest, s.corners[i].w.cwiseAbs().maxCoeff());
-  }
-  Foot foot;
-  foot_on(s, true, foot);
-  keep(s, foot);
-  double distance2 = foot.v.squaredNorm();
-  for (int iteration = 0; iteration < kIterationsMax; ++iteration) {
-    const double distance = std::sqrt(distance2);
-    if (!(distance > kRounding * largest)) return {};
-    Difference next = support(pair, foot.v / -distance, hints);
-    next.w -= shift;
-    const double v_w = foot.v.dot(next.w);
-    if (v_w > limit * distance) {
-      return {Closest::Kind::beyond_limit, Vector::Zero(), v_w / distance, Vector::Zero()};
-    }
-    largest = std::max(largest, next.w.cwiseAbs().maxCoeff());
-    if (distance2 - v_w <= std::max(simplex.gap * distance2, kRounding * largest * distance)) break;
-    if (has(s, next.w)) break;
-    s.corners[s.count++] = next;
-    // Where v . w > 0, a plane across v parts M from the origin.
-    const bool is_outside = v_w > kRounding * largest * distance;
-    Foot next_foot;
-    if (!foot_on(s, is_outside, next_foot)) {
-      for (std::size_t i = 0; i < s.count; ++i) {
-        simplex.corners[i] = {s.corners[i].w + shift, s.corners[i].a};
-      }
-      simplex.count = s.count;
-      return {};
-    }
-    const double next_distance2 = next_foot.v.squaredNorm();
-    if (!(next_distance2 < distance2)) {
-      --s.count;
-      break;
-    }
-    keep(s, next_foot);
-    foot = next_foot;
-    distance2 = next_distance2;
-  }
-  Closest found{Closest::Kind::apart, {}, std::sqrt(distance2), Vector::Zero()};
-  found.n = foot.v / -found.distance;
-  for (std::size_t i = 0; i < s.count; ++i) {
-    found.p_A += foot.weights[i] * s.corners[i].a;
-    simplex.weights[i] = foot.weights[i];
-    simplex.corners[i] = {s.corners[i].w + shift, s.corners[i].a};
-  }
-  simplex.count = s.count;
-  return found;
+  ClosestSearch search(shift, limit, simplex);
+  while (!search.is_done()) search.take(support(pair, search.direction(), hints));
+  return search.found();
 }
 
 }  // namespace cradle

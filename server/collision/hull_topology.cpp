@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <span>
 
 #include "server/collision/direction_grid.h"
 #include "server/collision/stored_geometry.h"
@@ -12,6 +13,7 @@ namespace {
 
 constexpr std::size_t kWidest = 256;   // faces tried first as the side to leave by
 constexpr std::size_t kLikely = 4096;  // vertices: beyond, cells would hold too many of them
+constexpr std::size_t kFoursMost = 16384;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
@@ -96,9 +98,23 @@ void keep_likely(const ConvexHull& hull, const Vector& d, double sine,
   });
 }
 
+/// By fours, the last of them filled up.
+void append_fours(const ConvexHull& hull, std::span<const std::uint16_t> numbers,
+                  std::vector<FourVertices>& fours) {
+  for (std::size_t begin = 0; begin < numbers.size(); begin += 4) {
+    FourVertices& four = fours.emplace_back();
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint16_t v = numbers[begin + k < numbers.size() ? begin + k : 0];
+      const Vector& p = hull.vertices[v];
+      four.x[k] = p.x(), four.y[k] = p.y(), four.z[k] = p.z();
+      four.numbers[k] = v;
+    }
+  }
+}
+
 void add_likely(ConvexHull& hull) {
   if (hull.vertices.size() > kLikely) return;
-  hull.likely_first.push_back(0);
+  std::map<std::vector<std::uint16_t>, FoursOfCell> known;
   for (std::size_t cell = 0; cell < DirectionGrid::kCells; ++cell) {
     const auto corners = DirectionGrid::corners(cell);
     const Vector middle = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
@@ -109,14 +125,19 @@ void add_likely(ConvexHull& hull) {
     std::vector<std::uint16_t> vertices(hull.vertices.size());
     std::iota(vertices.begin(), vertices.end(), std::uint16_t{0});
     keep_likely(hull, middle, sine, vertices);
-    vertices.resize((vertices.size() + 3) / 4 * 4, vertices.front());
-    if (hull.likely.size() + vertices.size() > std::numeric_limits<std::uint16_t>::max()) {
-      hull.likely.clear();
-      hull.likely_first.clear();
-      return;
+    const auto [place, is_new] = known.try_emplace(vertices);
+    if (is_new) {
+      const std::size_t first = hull.likely.size();
+      append_fours(hull, vertices, hull.likely);
+      if (hull.likely.size() > kFoursMost) {
+        hull.likely.clear();
+        hull.likely_of.clear();
+        return;
+      }
+      place->second = {static_cast<std::uint16_t>(first),
+                       static_cast<std::uint16_t>(hull.likely.size() - first)};
     }
-    hull.likely.insert(hull.likely.end(), vertices.begin(), vertices.end());
-    hull.likely_first.push_back(static_cast<std::uint16_t>(hull.likely.size()));
+    hull.likely_of.push_back(place->second);
   }
 }
 

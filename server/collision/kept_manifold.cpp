@@ -23,8 +23,10 @@ bool is_worth_keeping(ShapeKind A, ShapeKind B) {
 
 double bearable_motion(const Manifold& manifold, double reach) {
   if (manifold.count == 0) return manifold.lead;
-  return std::min(manifold.lead / 2, kTolerances.kept_motion * std::min(reach, 1.0));
+  return std::min(manifold.lead / 2, most_bearable_motion(reach));
 }
+
+double most_bearable_motion(double reach) { return kTolerances.kept_motion * std::min(reach, 1.0); }
 
 KeptManifold keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB) {
   KeptManifold kept;

@@ -38,6 +38,9 @@ struct KeptManifold {
 /// body. Where nothing touches, the margin counts as motion, too.
 double bearable_motion(const Manifold& manifold, double reach);
 
+/// m: the most that it is for manifolds with points.
+double most_bearable_motion(double reach);
+
 KeptManifold keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB);
 
 /// The manifold of `count` points at other poses.

@@ -6,9 +6,7 @@
 //
 // Boxes, capsules and cylinders among themselves: closed_overlap.cpp. The others here.
 //
-// Cores with corners only. Their distance by GJK; if they overlap, the tetrahedron it ends with
-// grows into M until its nearest face lies in M's surface: that is the least h, exactly. Where the
-// overlap along the middles is large, a tetrahedron with a side across that line grows at once.
+// Cores with corners only: polytope_search.cpp.
 //
 // Curved ones. The search begins at the best of the directions in which shapes use to leave each
 // other: their faces and sides. If that is certainly best, all is done. Else B is moved out along
@@ -26,8 +24,8 @@
 // no more than a few corners, as the polytope only compares minima; and where faces kiss it begins
 // at a tetrahedron of its own.
 //
-// Cost at -O3: polytopes apart 0.5 us, overlapping 0.6 .. 1 us, deep 1 us; curved shapes 0.7 us,
-// and as much again to look for other minima; deep 2 .. 4 us.
+// Cost at -O3: polytopes as there; curved shapes 0.7 us, and as much again to look for other
+// minima; deep 2 .. 4 us.
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -35,18 +33,14 @@
 
 #include "server/collision/closed_overlap.h"
 #include "server/collision/descent.h"
-#include "server/collision/expanding_polytope.h"
 #include "server/collision/lead.h"
 #include "server/collision/polish.h"
+#include "server/collision/polytope_search.h"
 
 namespace cradle {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSure_m = 1e-11;    // overlaps this near to each other are one
-constexpr int kLeadSteps = 6;        // to see how much the best direction leads
-constexpr double kKissing_m = 1e-8;  // nearer than this, closest points tell no direction
-constexpr double kDeep = 0.15;       // of the thickness: so deep, no distance is asked for
 
 // The way to a local minimum. Its first closest points need only lead roughly there: their squared
 // distance is known to a tenth, with B this many small lengths out.
@@ -59,161 +53,6 @@ constexpr double kSeekShare = 1e-6;
 constexpr double kThrough = 1e-3;  // of the overlap: a plane so near to the minimum goes through it
 constexpr double kSameCosine = 0.965, kSameCosineAtEdges = 0.985;
 
-}  // namespace
-
-ConvexPair::ConvexPair(const ConvexShape& shape_A, const Pose& X_WA, const ConvexShape& shape_B,
-                       const Pose& X_WB)
-    : A(shape_A),
-      B(shape_B),
-      R(X_WA.R.transpose() * X_WB.R),
-      t(X_WA.R.transpose() * (X_WB.x - X_WA.x)),
-      centre(t + R * B.centre - A.centre) {}
-
-ConvexPair::ConvexPair(const Collider& collider_A, const Collider& collider_B)
-    : ConvexPair(ConvexShape(collider_A), collider_A.X_WB, ConvexShape(collider_B),
-                 collider_B.X_WB) {}
-
-namespace {
-
-/// Its core has corners only.
-bool has_corners(const ConvexShape& shape) {
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-    case ShapeKind::capsule:
-    case ShapeKind::box:
-    case ShapeKind::hull:
-    case ShapeKind::mesh:
-      return true;
-    default:
-      return false;
-  }
-}
-
-/// Some unit vector across n.
-Vector unit_across(const Vector& n) {
-  return (std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY()).cross(n).normalized();
-}
-
-/// Some tetrahedron in M, as wide as may be.
-bool begin_anywhere(const ConvexPair& pair, SupportHints& hints, ExpandingPolytope& polytope) {
-  std::array<Difference, 4> corners;
-  const auto farther = [&](const Vector& d) {
-    const Difference one = support(pair, d, hints), other = support(pair, -d, hints);
-    const double middle = d.dot(corners[0].w);
-    return d.dot(one.w) - middle >= middle - d.dot(other.w) ? one : other;
-  };
-  corners[0] = support(pair, Vector::UnitX(), hints);
-  corners[1] = support(pair, -Vector::UnitX(), hints);
-  const Vector along = corners[1].w - corners[0].w;
-  corners[2] = farther(
-      along.cross(std::abs(along.y()) < std::abs(along.z()) ? Vector::UnitY() : Vector::UnitZ()));
-  corners[3] = farther(along.cross(corners[2].w - corners[0].w));
-  return polytope.begin(corners);
-}
-
-LeastOverlap beyond(double distance) {
-  LeastOverlap nothing;
-  nothing.overlap = -distance;
-  return nothing;
-}
-
-/// How much less the best direction overlaps than any other, up to `wanted`: the polytope grows on
-/// until its nearest face, but for those that are as good as the best, is known well enough.
-double lead_over_others(const ConvexPair& pair, ExpandingPolytope& polytope,
-                        const LeastOverlap& best, double wanted, SupportHints& hints) {
-  for (int step = 0;; ++step) {
-    const int f = polytope.nearest(best.overlap + wanted, best.overlap + wanted);
-    if (f < 0) return wanted;
-    const ExpandingPolytope::Face& face = polytope.face(f);
-    const double at_least = face.distance - best.overlap;
-    const bool is_other = face.n.dot(best.n) < kOneDirection;
-    if (is_other && (step >= kLeadSteps || 2 * at_least > wanted)) return at_least;
-    if (step >= kLeadSteps) return -1;
-    const Difference next = support(pair, face.n, hints);
-    if (face.n.dot(next.w) - face.distance <= kSure_m) {
-      if (is_other) return at_least;
-      polytope.close(f);
-    } else if (!polytope.expand(f, next)) {
-      return -1;
-    }
-  }
-}
-
-/// A tetrahedron in M with a wide side across n, which is a unit vector.
-bool begin_across(const ConvexPair& pair, const Vector& n, SupportHints& hints,
-                  ExpandingPolytope& polytope) {
-  const Vector e = unit_across(n), f = n.cross(e);
-  constexpr double kRoot = std::numbers::sqrt3 / 2;
-  return polytope.begin({support(pair, -n, hints), support(pair, n + e, hints),
-                         support(pair, n + (-0.5 * e + kRoot * f), hints),
-                         support(pair, n + (-0.5 * e - kRoot * f), hints)});
-}
-
-/// Grows a polytope that has begun, while the best overlap is above `least`. False if it is not, or
-/// if rounding got in the way.
-bool least_by_expanding(const ConvexPair& pair, ExpandingPolytope& polytope, double least,
-                        double lead_wanted, SupportHints& hints, LeastOverlap& best) {
-  best = {true, Vector::Zero(), kInfinity, Vector::Zero()};
-  for (;;) {
-    const int f = polytope.nearest(best.overlap - kSure_m, best.overlap + lead_wanted);
-    if (f < 0) break;
-    const ExpandingPolytope::Face& face = polytope.face(f);
-    const Difference next = support(pair, face.n, hints);
-    const double overlap = face.n.dot(next.w);
-    if (overlap < best.overlap) best.n = face.n, best.overlap = overlap, best.p_A = next.a;
-    if (overlap < least) return false;
-    if (overlap - face.distance <= kSure_m) {
-      polytope.close(f);
-    } else if (!polytope.expand(f, next)) {
-      return false;
-    }
-  }
-  // Not the face that told the direction: two edges make a parallelogram of M, which is two here.
-  const int at_foot = polytope.face_at_foot(best.n, best.overlap);
-  if (at_foot >= 0) best.p_A = polytope.foot_on_A(polytope.face(at_foot));
-  if (lead_wanted > 0) {
-    best.lead = lead_over_others(pair, polytope, best, lead_wanted, hints);
-    if (!(best.lead > 0) || at_foot < 0) best.lead = -1;
-    if (at_foot >= 0) best.sine = edge_sine(polytope.corners_of(polytope.face(at_foot)));
-  }
-  return true;
-}
-
-LeastOverlap of_polytopes(const ConvexPair& pair, double limit, double lead_wanted,
-                          SupportHints& hints) {
-  const double length = pair.centre.norm();
-  const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
-  ExpandingPolytope polytope;
-  LeastOverlap best;
-  Simplex simplex;
-  simplex.corners[0] = support(pair, n, hints);
-  simplex.count = 1;
-  if (n.dot(simplex.corners[0].w) > kDeep * std::min(pair.A.thickness, pair.B.thickness) &&
-      begin_across(pair, n, hints, polytope) &&
-      least_by_expanding(pair, polytope, kKissing_m, lead_wanted, hints, best)) {
-    return best;
-  }
-  const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
-  if (found.kind == Closest::Kind::beyond_limit) return beyond(found.distance);
-  // Of those that kiss, the closest points tell no direction.
-  if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
-    best = {true, found.n, core_overlap(pair, found.n, hints), found.p_A};
-    if (lead_wanted > 0) {
-      best.lead = lead_of_closest(simplex, found.distance);
-      if (simplex.count == 3) best.sine = edge_sine(std::span(simplex.corners).first(3));
-    }
-    return best;
-  }
-  const bool has_begun = (simplex.count == 4 && polytope.begin(simplex.corners)) ||
-                         begin_anywhere(pair, hints, polytope);
-  if (has_begun && least_by_expanding(pair, polytope, -kInfinity, lead_wanted, hints, best)) {
-    return best;
-  }
-  best = descend(pair, best_face(pair, hints), hints);
-  best.lead = -1;
-  return best;
-}
-
 /// The local minimum that closest points lead to from a direction, with the corners that it is
 /// between; not found where rounding or flat parts are in the way.
 bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, Simplex& simplex,
@@ -223,7 +62,7 @@ bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, 
   const Closest found =
       closest(pair, out * from.n, from.n, out > 0 ? kInfinity : limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    least = beyond(found.distance);
+    least = LeastOverlap::beyond(found.distance);
     return true;
   }
   if (found.kind != Closest::Kind::apart) return false;
@@ -272,7 +111,7 @@ void seek_lower(const ConvexPair& pair, const Simplex& simplex, SupportHints& hi
   bool has_begun_anew = false;
   for (int step = 0; step < kSeekMax; ++step) {
     const double bound = best.overlap * (1 - kSeekShare) - kSure_m;
-    const int nearest = polytope.nearest(bound, bound);
+    const int nearest = polytope.nearest(bound);
     if (nearest < 0) return;
     const ExpandingPolytope::Face& face = polytope.face(nearest);
     const Difference next = support(pair, face.n, hints);
@@ -301,7 +140,7 @@ bool are_clearly_apart(const ConvexPair& pair, double limit, SupportHints& hints
   Simplex simplex;
   const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    least = beyond(found.distance);
+    least = LeastOverlap::beyond(found.distance);
     return true;
   }
   if (found.kind != Closest::Kind::apart || found.distance <= pair.small_length()) return false;
@@ -323,16 +162,19 @@ void look_past_edges(const ConvexPair& pair, double limit, SupportHints& hints,
   Simplex simplex{};
   const Closest found = closest(pair, Vector::Zero(), best.n, limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    best = beyond(found.distance);
+    best = LeastOverlap::beyond(found.distance);
   } else if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
     try_from(found.n);
   } else {
-    ExpandingPolytope polytope;
-    LeastOverlap least;
-    if (has_corners(pair.A) && has_corners(pair.B) && begin_anywhere(pair, hints, polytope) &&
-        least_by_expanding(pair, polytope, -kInfinity, 0, hints, least)) {
-      if (least.overlap < best.overlap) best = least;
-      return;
+    ExpandingSearch search;
+    if (has_corners(pair.A) && has_corners(pair.B) &&
+        begin_anywhere(pair, hints, search.polytope)) {
+      search.begin(-kInfinity, 0);
+      while (!search.is_done()) search.take(support(pair, search.direction(), hints));
+      if (search.has_found()) {
+        if (search.best().overlap < best.overlap) best = search.best();
+        return;
+      }
     }
     try_from(pair.centre.normalized());
     try_from(-best.n);
@@ -347,7 +189,7 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
     return apart;
   }
   const FaceDirection face = best_face(pair, hints);
-  if (-face.overlap > limit) return beyond(-face.overlap);
+  if (-face.overlap > limit) return LeastOverlap::beyond(-face.overlap);
   if (is_best(pair, face)) {
     const bool of_A = face.face_of == FaceDirection::Of::A;
     const bool leads = lead_wanted > 0 && is_best(pair, face, lead_wanted / 2);
@@ -361,7 +203,7 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
     corners.count = 0;
     Simplex simplex;
     const Closest found = closest(pair, Vector::Zero(), face.n, limit, simplex, hints);
-    if (found.kind == Closest::Kind::beyond_limit) return beyond(found.distance);
+    if (found.kind == Closest::Kind::beyond_limit) return LeastOverlap::beyond(found.distance);
     Direction from = face;
     if (found.kind == Closest::Kind::apart) {
       const Direction n{found.n, core_overlap(pair, found.n, hints)};
@@ -391,8 +233,10 @@ LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& h
                            double lead_wanted) {
   if (const auto found = closed_overlap(pair, limit, lead_wanted)) return *found;
   const bool are_polytopes = has_corners(pair.A) && has_corners(pair.B) && !pair.has_flat();
-  return are_polytopes ? of_polytopes(pair, limit, lead_wanted, hints)
-                       : of_curved(pair, limit, lead_wanted, hints);
+  if (!are_polytopes) return of_curved(pair, limit, lead_wanted, hints);
+  PolytopeSearch search(pair, limit, lead_wanted, hints);
+  while (!search.is_done()) search.take(support(pair, search.direction(), hints));
+  return search.best();
 }
 
 }  // namespace cradle

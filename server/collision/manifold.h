@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "server/collision/geometry.h"
@@ -27,6 +28,13 @@ struct Manifold {
   /// to rely on. Without: a separation that the shapes have at least; 0: not known.
   double lead = 0;
   std::array<ContactPoint, kManifoldPoints> points;
+};
+
+/// Takes the manifolds of pairs as they are made, in any order.
+class MadeManifolds {
+ public:
+  virtual ~MadeManifolds() = default;
+  virtual void take(std::size_t key, const Manifold& manifold) = 0;
 };
 
 }  // namespace cradle

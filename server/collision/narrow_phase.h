@@ -4,6 +4,7 @@
 #include "server/collision/box_batch.h"
 #include "server/collision/collider.h"
 #include "server/collision/manifold.h"
+#include "server/collision/polytope_batch.h"
 
 namespace cradle {
 
@@ -21,26 +22,35 @@ inline Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& sha
   return collide({shape_A, X_WA}, {shape_B, X_WB}, margin);
 }
 
-/// Manifolds of many pairs: of boxes many at a time, of others as they come; the same as one by
-/// one.
+/// Manifolds of many pairs: of boxes many at a time, of hulls a few, of others as they come; the
+/// same as one by one.
 class Collisions {
  public:
   /// `lanes`: one of machine_lanes(), or 0: the most.
-  explicit Collisions(MadeManifolds& made, int lanes = 0) : made_(made), boxes_(made, lanes) {}
+  explicit Collisions(MadeManifolds& made, int lanes = 0)
+      : made_(made), boxes_(made, lanes), polytopes_(made) {}
 
-  /// Shapes and poses must last until `finish`.
-  void add(std::size_t key, const Collider& A, const Collider& B, double margin) {
+  /// Shapes and poses must last until `finish`. `wants_lead`: else the manifold may come without
+  /// one.
+  void add(std::size_t key, const Collider& A, const Collider& B, double margin,
+           bool wants_lead = false) {
     if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
       boxes_.add(key, A, B, margin);
+    } else if (PolytopeBatch::takes(A, B)) {
+      polytopes_.add(key, A, B, margin, wants_lead);
     } else {
       made_.take(key, collide(A, B, margin));
     }
   }
-  void finish() { boxes_.finish(); }
+  void finish() {
+    boxes_.finish();
+    polytopes_.finish();
+  }
 
  private:
   MadeManifolds& made_;
   BoxBatch boxes_;
+  PolytopeBatch polytopes_;
 };
 
 }  // namespace cradle

@@ -64,6 +64,17 @@ struct HeightField {
   }
 };
 
+/// Vertices of a hull side by side, some of them perhaps twice: m, and their numbers.
+struct alignas(16) FourVertices {
+  std::array<double, 4> x, y, z;
+  std::array<std::uint16_t, 4> numbers;
+};
+
+/// Where the fours of a cell begin, and how many there are.
+struct FoursOfCell {
+  std::uint16_t first, count;
+};
+
 /// A convex polyhedron. Faces are convex polygons; none is coplanar with its neighbour.
 struct ConvexHull {
   std::vector<Vector> vertices;     ///< all are corners, in the order they were given in
@@ -81,10 +92,11 @@ struct ConvexHull {
   std::vector<std::int32_t> neighbours;  ///< of v: the next corner, for each of `around`
   std::vector<Vector> edges_along;       ///< unit, from v to each of these
   std::vector<std::int32_t> widest;      ///< the faces with most area, largest first, at most 256
-  /// Vertices that may be farthest along a direction of cell c of a DirectionGrid:
-  /// likely[likely_first[c] .. likely_first[c + 1]-1], by fours, so some come twice. Empty for
-  /// hulls of very many vertices. About 20 KB.
-  std::vector<std::uint16_t> likely, likely_first;
+  /// Vertices that may be farthest along a direction of cell c of a DirectionGrid: those of
+  /// likely[likely_of[c].first] and the fours after it. Empty for hulls of very many vertices; of
+  /// 42 about 50 KB.
+  std::vector<FourVertices> likely;
+  std::vector<FoursOfCell> likely_of;
   Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< m, of the box that holds it
   Vector centre = Vector::Zero();                         ///< m, mean of the vertices
   double inner_radius = 0;  ///< m, of a ball about `centre` that the hull holds

@@ -186,7 +186,8 @@ SupportFeature cone_feature(double r, double h, const Vector& d) {
 
 }  // namespace
 
-SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::int32_t& hint) {
+SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::int32_t& hint,
+                               std::int32_t farthest) {
   const double r = shape.size.x(), h = shape.size.y();
   switch (shape.kind) {
     case ShapeKind::box:
@@ -199,10 +200,9 @@ SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::i
       return side(r, r, h, d);
     case ShapeKind::cone:
       return cone_feature(r, h, d);
-    case ShapeKind::hull: {
-      shape.support(d, hint);
-      return hull_feature(*shape.hull, d, hint);
-    }
+    case ShapeKind::hull:
+      if (farthest < 0) shape.support(d, farthest = hint);
+      return hull_feature(*shape.hull, d, hint = farthest);
     default:
       return point(shape.support(d, hint), 0);
   }

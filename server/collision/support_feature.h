@@ -33,6 +33,8 @@ struct SupportFeature {
 
 /// What of the shape looks most along the unit vector `d`. The core's farthest point along d is one
 /// of the corners; where a face or edge is farthest as a whole, it is that. `hint` as for support.
-SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::int32_t& hint);
+/// `farthest`: the vertex of a hull that is farthest along d, if not below 0.
+SupportFeature support_feature(const ConvexShape& shape, const Vector& d, std::int32_t& hint,
+                               std::int32_t farthest = -1);
 
 }  // namespace cradle

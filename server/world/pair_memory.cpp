@@ -37,14 +37,16 @@ void PairMemory::follow(std::span<const BodyPair> pairs, std::span<const std::in
 }
 
 bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path,
-                        double margin, Manifold& manifold) {
+                        double reach, double margin, Manifold& manifold) {
   KeptPair& pair = pairs_[k];
   if (pair.place < 0) return false;
+  const bool was_held = pair.is_held != 0;
   pair.is_held = pair.count > 0
                      ? path < pair.until_m && margin <= pair.margin_m + kTolerances.kept_margin_m
                      : path + margin < pair.until_m;
   if (pair.is_held == 0) {
-    pair.until_m = path;
+    pair.is_slow = was_held || path - pair.made_m < most_bearable_motion(reach);
+    pair.until_m = pair.made_m = path;
     pair.margin_m = margin;
     return false;
   }

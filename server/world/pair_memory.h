@@ -21,6 +21,8 @@ struct KeptPair {
   std::int64_t is_held = 0;  ///< 1: the manifold is not of this tick
   double until_m = 0;        ///< what both bodies' ways may come to together
   double margin_m = 0;       ///< that the manifold was made with
+  double made_m = -1e300;    ///< what their ways came to when it was made
+  std::int64_t is_slow = 0;  ///< 1: the next one is likely to be kept
 };
 
 class PairMemory {
@@ -32,10 +34,13 @@ class PairMemory {
 
   /// The manifold of the k-th pair, of convex shapes, into `manifold` while the kept one holds;
   /// else false, and a fresh one is to be made, and kept. `path`: the way that the points of both
-  /// bodies have gone at most, together, m. Pairs may be asked side by side.
-  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path, double margin,
-              Manifold& manifold);
-  /// `reach`: radius of the ball that holds the smaller body, m.
+  /// bodies have gone at most, together, m. `reach`: radius of the ball that holds the smaller
+  /// body, m. Pairs may be asked side by side.
+  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path, double reach,
+              double margin, Manifold& manifold);
+  /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
+  /// moved since.
+  bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }
   void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made);
 
   /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.
@@ -76,7 +81,7 @@ class PairMemory {
   std::vector<std::int64_t> free_;  ///< places, the next to be taken last
 };
 
-static_assert(sizeof(KeptPair) == 7 * 8);
+static_assert(sizeof(KeptPair) == 9 * 8);
 static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
 
 }  // namespace cradle

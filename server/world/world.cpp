@@ -152,9 +152,9 @@ class Narrow final : public MadeManifolds {
       s_.manifolds[k] = s_.methods().collide(A, B, margin);
       return;
     }
-    const double path = s_.paths[a] + s_.paths[b];
-    if (s_.memory.recall(k, A.X_WB, B.X_WB, path, margin, s_.manifolds[k])) return;
-    fresh_.add(k, A, B, margin);
+    const double path = s_.paths[a] + s_.paths[b], reach = std::min(s_.reaches[a], s_.reaches[b]);
+    if (s_.memory.recall(k, A.X_WB, B.X_WB, path, reach, margin, s_.manifolds[k])) return;
+    fresh_.add(k, A, B, margin, s_.memory.is_slow(k));
   }
   void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {

@@ -11,6 +11,7 @@
 #include "server/collision/machine_lanes.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
+#include "tests/unit/made_in_order.h"
 
 using namespace cradle;
 
@@ -416,24 +417,6 @@ std::vector<PosedBoxes> boxes_near_each_other(std::size_t count) {
 
 bool is_finite(const PosedBoxes& pair) {
   return pair.X_WA.R.allFinite() && pair.X_WB.R.allFinite() && pair.X_WB.x.allFinite();
-}
-
-class InOrder final : public MadeManifolds {
- public:
-  explicit InOrder(std::size_t count) : made(count) {}
-  void take(std::size_t key, const Manifold& manifold) override { made[key] = manifold; }
-  std::vector<Manifold> made;
-};
-
-bool are_the_same(const Manifold& one, const Manifold& other) {
-  const auto is_same_point = [](const ContactPoint& p, const ContactPoint& q) {
-    return p.p_W == q.p_W && p.separation == q.separation && p.feature == q.feature;
-  };
-  const bool is_same_lead =
-      one.lead == other.lead || (std::isnan(one.lead) && std::isnan(other.lead));
-  return one.count == other.count && is_same_lead &&
-         (one.count == 0 || one.normal_W == other.normal_W) &&
-         std::ranges::equal(points(one), points(other), is_same_point);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // What manifolds of capsules, cylinders, cones, ellipsoids and hulls look like.
 #include "tests/unit/collision_pairs.h"
+#include "tests/unit/made_in_order.h"
 
 using namespace cradle;
 
@@ -331,4 +332,45 @@ TEST_CASE("capsules on one axis, but for its last digits, part across it") {
     CHECK(std::abs(manifold.normal_W.dot(X_WA.R.col(2))) < 1e-12);
     CHECK(std::abs(manifold.normal_W.dot(X_WB.R.col(2))) < 1e-12);
   }
+}
+
+TEST_CASE("hulls have the same manifolds alone and in company") {
+  Random random;
+  std::vector<Pair> pairs;
+  int touching = 0;
+  for (int k = 0; k < 3000; ++k) {
+    constexpr ShapeKind kPartners[] = {ShapeKind::hull, ShapeKind::box, ShapeKind::capsule,
+                                       ShapeKind::sphere, ShapeKind::hull};
+    const ShapeKind partner = kPartners[k % 5];
+    pairs.push_back(k % 2 == 0 ? random.pair(ShapeKind::hull, partner)
+                               : random.pair(partner, ShapeKind::hull));
+    if (k % 97 == 1) pairs.back().X_WB.x.y() = std::numeric_limits<double>::quiet_NaN();
+    if (k % 97 == 2) pairs.back().X_WA.R(1, 2) = std::numeric_limits<double>::infinity();
+  }
+  const auto add = [&](Collisions& batch, std::size_t k, bool wants_lead) {
+    const Pair& pair = pairs[k];
+    batch.add(k, {pair.A.shape, pair.X_WA, pair.A.geometry.get()},
+              {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, 0.02, wants_lead);
+  };
+  std::vector<Manifold> alone;
+  for (const Pair& pair : pairs) {
+    alone.push_back(pair.collide(0.02));
+    touching += alone.back().count > 0;
+  }
+  CHECK(touching > 500);
+  InOrder in_order(pairs.size());
+  Collisions batch(in_order);
+  for (std::size_t k = 0; k < pairs.size(); ++k) add(batch, k, true);
+  batch.finish();
+  CHECK(std::ranges::equal(in_order.made, alone, are_the_same));
+  // Without the lead, all else is the same; and so is one by one.
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    add(batch, k, false);
+    if (k % 3 == 0) batch.finish();
+  }
+  batch.finish();
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (in_order.made[k].count > 0) in_order.made[k].lead = alone[k].lead;
+  }
+  CHECK(std::ranges::equal(in_order.made, alone, are_the_same));
 }

@@ -141,9 +141,10 @@ class Follower {
       const Vector closing = to_eigen(states_[b].v_WBcm) - to_eigen(states_[a].v_WBcm);
       const double margin = kMargin + dt * closing.norm();
       Manifold kept;
-      if (!memory_.recall(k, poses_[a], poses_[b], paths_[a] + paths_[b], margin, kept)) {
+      const double path = paths_[a] + paths_[b], reach = std::min(reaches_[a], reaches_[b]);
+      if (!memory_.recall(k, poses_[a], poses_[b], path, reach, margin, kept)) {
         kept = collide(collider(a), collider(b), margin);
-        memory_.keep(k, poses_[a], poses_[b], std::min(reaches_[a], reaches_[b]), kept);
+        memory_.keep(k, poses_[a], poses_[b], reach, kept);
       }
       if (is_composite(shapes_[a].kind) || is_composite(shapes_[b].kind)) {
         ++found.composite;

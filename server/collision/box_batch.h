@@ -3,31 +3,23 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "server/collision/box_block.h"
-#include "server/collision/box_faces.h"
 #include "server/collision/collider.h"
 #include "server/collision/manifold.h"
 
 namespace cradle {
 
-/// What the axes of two boxes tell. `s`: separation along the best one, m; `next`: a bound on that
-/// along the others.
+/// Two boxes as A sees them, and which of their edges part them best.
 struct BoxAxes {
-  struct Face {
-    double s;
-    int axis;
-    double next;
-  };
   struct Edges {
-    double s;
+    double s;  ///< separation, m
     int i, j;
-    double next;
   };
   Vector h_A, h_B;
-  Matrix C;     ///< axes of B as A sees them, as columns
-  Vector t, u;  ///< from A's centre to B's, as A sees it, and as B does
-  Face face_A, face_B;
+  Matrix C;  ///< axes of B, as columns
+  Vector t;  ///< from A's centre to B's
   Edges edges;
 };
 
@@ -49,31 +41,36 @@ class BoxBatch {
     const Pose *X_WA, *X_WB;
     double margin;
   };
-  /// Along faces, with the lengths that decide.
+  /// Meets along faces.
   struct Facing {
-    Waiting pair;
-    BoxAxes axes;
-    double slack, bias, face, edge_bias, upright;
-    bool on_A, is_flush, is_apart;
-    BoxFaces names;
+    const Waiting& pair;
+    const BoxFaceBlock& block;
+    int lane;
 
-    void prefer(bool face_of_A);
+    bool on_A() const { return block.on_A[lane] > 0; }
+    bool is_flush() const { return block.until_tilted[lane] > 0; }
+    bool is_apart() const {
+      return block.s_A[lane] > 0 || block.s_B[lane] > 0 || block.s_edge[lane] > 0;
+    }
+    void set(Manifold& manifold) const;
+    double inside(const Vector& p_W) const;
+    bool counts(Manifold& at_face, double& missed) const;
+    double lead(Manifold& manifold, double missed) const;
+    Facing alone(bool face_of_A, BoxFaceBlock& own, Manifold& manifold) const;
+    void meet(Manifold& manifold) const;
   };
 
   void separate();
-  void judge(const Waiting& pair, int lane);
+  bool edges_meet(const Waiting& pair, int lane);
+  void wait(int lane);
   void clip();
-  static bool over_face(const Facing& facing, const ContactPoint& point);
-  static bool counts(const Facing& facing, Manifold& at_face, double& missed);
-  static double lead_of(const Facing& facing, Manifold& manifold, double bears, double missed);
-  void meet_faces(const Facing& facing, Manifold& manifold) const;
-  static void clip_alone(const Facing& facing, Manifold& manifold);
+  void clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& pairs,
+            std::span<const int> lanes);
 
   MadeManifolds& made_;
   const BoxKernels& kernels_;
   int waiting_ = 0, facing_ = 0;
-  std::array<Waiting, kBoxLanes> waits_;
-  std::array<Facing, kBoxLanes> faces_;
+  std::array<Waiting, kBoxLanes> waits_, faces_;
   BoxPairBlock pair_block_;
   BoxFaceBlock face_block_;
 };

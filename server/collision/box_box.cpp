@@ -18,10 +18,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "server/collision/box_batch.h"
 #include "server/collision/box_corners.h"
+#include "server/collision/box_faces.h"
 #include "server/collision/box_kernels.h"
 #include "server/collision/pair_functions.h"
 #include "server/collision/tolerances.h"
@@ -81,12 +83,6 @@ Manifold meet_edges(const BoxAxes& boxes, const Pose& X_WA) {
   return manifold;
 }
 
-/// 1 for crates, smaller for matchboxes: see tolerances.h.
-double length_scale(const BoxAxes& b) {
-  return std::min(1.0,
-                  std::min(b.h_A.minCoeff(), b.h_B.minCoeff()) / kTolerances.nominal_half_extent_m);
-}
-
 /// Null: the manifold has no point.
 ContactPoint* deepest(Manifold& manifold) {
   const auto begin = manifold.points.begin(), end = begin + manifold.count;
@@ -102,12 +98,6 @@ double inside_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p
   return inside.minCoeff();
 }
 
-/// What the boxes may move until faces are flush no more.
-double until_tilted(const BoxAxes& b, double cosine) {
-  constexpr double kSine = 0.01414;  // where that is
-  return (cosine - kTolerances.flush_cosine) / kSine * std::min(b.h_A.maxCoeff(), b.h_B.maxCoeff());
-}
-
 Manifold apart(double separation) {
   Manifold nothing;
   nothing.lead = separation;
@@ -120,18 +110,26 @@ void set(BoxPairBlock::Row (&rows)[n], int lane, const double* values) {
   for (std::size_t k = 0; k < n; ++k) rows[k][lane] = values[k];
 }
 
-void set_axes(const BoxPairBlock& b, int lane, BoxAxes& axes) {
+BoxAxes axes_of(const BoxAxesBlock& b, int lane) {
+  BoxAxes axes;
   for (int k = 0; k < 3; ++k) {
     axes.h_A[k] = b.h_A[k][lane];
     axes.h_B[k] = b.h_B[k][lane];
     axes.t[k] = b.t[k][lane];
-    axes.u[k] = b.u[k][lane];
   }
   for (int k = 0; k < 9; ++k) axes.C.data()[k] = b.C[k][lane];
   const int edge = static_cast<int>(b.edge[lane]);
-  axes.face_A = {b.s_A[lane], static_cast<int>(b.axis_A[lane]), b.next_A[lane]};
-  axes.face_B = {b.s_B[lane], static_cast<int>(b.axis_B[lane]), b.next_B[lane]};
-  axes.edges = {b.s_edge[lane], edge / 3, edge % 3, b.next_edge[lane]};
+  axes.edges = {b.s_edge[lane], edge / 3, edge % 3};
+  return axes;
+}
+
+void copy_lane(const BoxAxesBlock& from, int lane, BoxAxesBlock& to, int to_lane) {
+  using Row = BoxAxesBlock::Row;
+  const auto* const rows = reinterpret_cast<const Row*>(&from);
+  auto* const to_rows = reinterpret_cast<Row*>(&to);
+  for (std::size_t k = 0; k < sizeof(BoxAxesBlock) / sizeof(Row); ++k) {
+    to_rows[k][to_lane] = rows[k][lane];
+  }
 }
 
 /// What faces part the boxes by, if that is more than the margin, or edges do; else the margin.
@@ -140,17 +138,6 @@ double separation_beyond(const BoxPairBlock& b, int lane) {
   if (!(b.s_A[lane] <= margin)) return b.s_A[lane];
   if (!(b.s_B[lane] <= margin)) return b.s_B[lane];
   return std::max(margin, b.s_edge[lane]);
-}
-
-/// In place: to copy what has just been written in parts would wait for the last of them.
-void begin_faces(const BoxAxes& axes, bool on_A, double margin, double slack, BoxFaces& faces,
-                 BoxFaceBlock& block, int lane) {
-  if (on_A) {
-    return faces.begin({axes.h_A, axes.h_B, axes.C, axes.t}, axes.face_A.axis, margin, slack, block,
-                       lane);
-  }
-  const Matrix C = axes.C.transpose();
-  faces.begin({axes.h_B, axes.h_A, C, -axes.u}, axes.face_B.axis, margin, slack, block, lane);
 }
 
 }  // namespace
@@ -184,152 +171,138 @@ void BoxBatch::separate() {
   for (int lane = waiting_; lane < kBoxLanes; ++lane) pair_block_.margin[lane] = -1;
   kernels_.separate(pair_block_, waiting_);
   const int pairs = std::exchange(waiting_, 0);
+  std::array<int, kBoxLanes> by_faces;
+  std::size_t count = 0;
   for (int lane = 0; lane < pairs; ++lane) {
     const Waiting& pair = waits_[static_cast<std::size_t>(lane)];
     const double beyond = separation_beyond(pair_block_, lane);
     if (beyond > pair.margin || beyond != beyond) {
       made_.take(pair.key, apart(beyond));
-    } else {
-      judge(pair, lane);
+    } else if (!edges_meet(pair, lane)) {
+      by_faces[count++] = lane;
     }
   }
+  const std::span<const int> lanes(by_faces.data(), count);
+  // As they are, if few lanes are worked on in vain; else with the next ones.
+  if (pairs - static_cast<int>(count) <= kernels_.lanes / 4)
+    return clip(pair_block_, waits_, lanes);
+  for (const int lane : lanes) wait(lane);
 }
 
-/// Edges that meet are a manifold; faces wait.
-void BoxBatch::judge(const Waiting& pair, int lane) {
-  Facing& facing = faces_[static_cast<std::size_t>(facing_)];
-  BoxAxes& axes = facing.axes;
-  set_axes(pair_block_, lane, axes);
-  const double scale = length_scale(axes);
-  facing.face = std::max(axes.face_A.s, axes.face_B.s);
-  facing.bias = scale * kTolerances.reference_bias_m;
-  facing.edge_bias = scale * kTolerances.edge_bias_m +
-                     kTolerances.edge_bias_per_depth * std::max(0.0, -facing.face);
-  if (axes.edges.s > facing.face + facing.edge_bias) {
-    const Manifold manifold = meet_edges(axes, *pair.X_WA);
-    if (manifold.count > 0) return made_.take(pair.key, manifold);
-  }
-  facing.pair = pair;
-  facing.slack = scale * kTolerances.clip_slack_m;
-  facing.prefer(axes.face_B.s <= axes.face_A.s + facing.bias);
-  facing.is_apart = std::max(facing.face, axes.edges.s) > 0;
-  begin_faces(axes, facing.on_A, pair.margin, facing.slack, facing.names, face_block_, facing_++);
+/// Makes the manifold if so.
+bool BoxBatch::edges_meet(const Waiting& pair, int lane) {
+  if (!(pair_block_.s_edge[lane] > pair_block_.least_edge[lane])) return false;
+  const Manifold manifold = meet_edges(axes_of(pair_block_, lane), *pair.X_WA);
+  if (manifold.count > 0) made_.take(pair.key, manifold);
+  return manifold.count > 0;
+}
+
+void BoxBatch::wait(int lane) {
+  copy_lane(pair_block_, lane, face_block_, facing_);
+  faces_[static_cast<std::size_t>(facing_++)] = waits_[static_cast<std::size_t>(lane)];
   if (facing_ == kBoxLanes) clip();
 }
 
-/// The face of A, or that of B.
-void BoxBatch::Facing::prefer(bool face_of_A) {
-  on_A = face_of_A;
-  upright = on_A ? axes.C.row(axes.face_A.axis).cwiseAbs().maxCoeff()
-                 : axes.C.col(axes.face_B.axis).cwiseAbs().maxCoeff();
-  is_flush = upright > kTolerances.flush_cosine;
+void BoxBatch::clip() {
+  constexpr std::array<int, kBoxLanes> kAll = {0, 1, 2, 3, 4, 5, 6, 7};
+  clip(face_block_, faces_, {kAll.data(), static_cast<std::size_t>(std::exchange(facing_, 0))});
 }
 
-void BoxBatch::clip() {
-  kernels_.clip(face_block_, facing_);
-  const int pairs = std::exchange(facing_, 0);
+void BoxBatch::clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& pairs,
+                    std::span<const int> lanes) {
+  if (lanes.empty()) return;
+  kernels_.clip(block, lanes.back() + 1);
   Manifold manifold;
-  for (int lane = 0; lane < pairs; ++lane) {
-    const Facing& facing = faces_[static_cast<std::size_t>(lane)];
-    const Waiting& pair = facing.pair;
-    facing.names.set_manifold(face_block_, lane, facing.on_A ? *pair.X_WA : *pair.X_WB,
-                              facing.on_A ? 0 : 1, manifold);
-    meet_faces(facing, manifold);
+  for (const int lane : lanes) {
+    const Waiting& pair = pairs[static_cast<std::size_t>(lane)];
+    Facing{pair, block, lane}.meet(manifold);
     made_.take(pair.key, manifold);
   }
 }
 
-/// Outside of a block.
-void BoxBatch::clip_alone(const Facing& facing, Manifold& manifold) {
-  BoxFaceBlock block;
-  const Waiting& pair = facing.pair;
-  BoxFaces names;
-  begin_faces(facing.axes, facing.on_A, pair.margin, facing.slack, names, block, 0);
-  box_kernels_of(1).clip(block, 1);
-  names.set_manifold(block, 0, facing.on_A ? *pair.X_WA : *pair.X_WB, facing.on_A ? 0 : 1,
-                     manifold);
-  manifold.lead = -1;
+void BoxBatch::Facing::set(Manifold& manifold) const {
+  set_manifold(block, lane, on_A() ? *pair.X_WA : *pair.X_WB, manifold);
 }
 
-bool BoxBatch::over_face(const Facing& facing, const ContactPoint& point) {
-  const Waiting& pair = facing.pair;
-  const Shape& box = facing.on_A ? *pair.A : *pair.B;
-  const int axis = facing.on_A ? facing.axes.face_A.axis : facing.axes.face_B.axis;
-  return inside_face(box, facing.on_A ? *pair.X_WA : *pair.X_WB, axis, point.p_W) >=
-         -kTolerances.tie_m;
+/// How far a point over the reference face is from its sides.
+double BoxBatch::Facing::inside(const Vector& p_W) const {
+  return inside_face(on_A() ? *pair.A : *pair.B, on_A() ? *pair.X_WA : *pair.X_WB,
+                     static_cast<int>(block.reference[lane]) / 2, p_W);
 }
 
 /// A face counts if what reaches deepest is over it; else another direction is better. How far
 /// that is from the separation of the boxes along it: `missed`.
-bool BoxBatch::counts(const Facing& facing, Manifold& at_face, double& missed) {
+bool BoxBatch::Facing::counts(Manifold& at_face, double& missed) const {
   ContactPoint* const point = deepest(at_face);
-  const double s = facing.on_A ? facing.axes.face_A.s : facing.axes.face_B.s;
+  const double s = block.s[lane], slack = block.slack[lane];
   missed = point == nullptr ? kInfinity : point->separation - s;
-  if (facing.is_apart) {
+  if (is_apart()) {
     // No face parts what edges do if they overlap behind it. And unless they are flush, the face is
     // nearest if and only if the point is over it. But within the slack all stays as it is, so that
     // what lies on an edge beside a face does not change between them from tick to tick.
-    if (!(s > -facing.slack)) return false;
-    const bool stays = facing.is_flush || s <= facing.slack;
-    if (!stays && !(missed <= kTolerances.tie_m && over_face(facing, *point))) {
+    if (!(s > -slack)) return false;
+    const bool stays = is_flush() || s <= slack;
+    if (!stays && !(missed <= kTolerances.tie_m && inside(point->p_W) >= -kTolerances.tie_m)) {
       return false;
     }
   }
-  const double allowed = facing.slack + kTolerances.edge_bias_per_depth * std::max(0.0, -s);
+  const double allowed = slack + kTolerances.edge_bias_per_depth * std::max(0.0, -s);
   if (!(missed <= allowed)) return false;
-  if (!facing.is_flush) point->separation = s;
+  if (!is_flush()) point->separation = s;
   return true;
 }
 
-/// How long a face contact is as it is: no other axis is better, and what touches is over the face.
-double BoxBatch::lead_of(const Facing& facing, Manifold& manifold, double bears, double missed) {
-  const BoxAxes& axes = facing.axes;
-  const BoxAxes::Face& one = facing.on_A ? axes.face_A : axes.face_B;
-  const BoxAxes::Face& other = facing.on_A ? axes.face_B : axes.face_A;
-  const double over_other = one.s - other.s + (facing.on_A ? facing.bias : -facing.bias);
-  const double over_edges =
-      facing.face + facing.edge_bias - std::max(axes.edges.s, axes.edges.next);
-  const Waiting& pair = facing.pair;
-  const double stays =
-      facing.is_flush ? std::min(facing.slack - missed, until_tilted(axes, facing.upright))
-      : missed > kTolerances.tie_m
-          ? -1
-          : inside_face(facing.on_A ? *pair.A : *pair.B, facing.on_A ? *pair.X_WA : *pair.X_WB,
-                        one.axis, deepest(manifold)->p_W);
+/// How long a face contact that bears so far is as it is: no other axis is better, and what touches
+/// is over the face.
+double BoxBatch::Facing::lead(Manifold& manifold, double missed) const {
+  const double bears = std::min(block.lead[lane], manifold.lead);
+  if (is_flush()) {
+    return std::min({bears, block.slack[lane] - missed, block.until_tilted[lane]});
+  }
+  const double stays = missed > kTolerances.tie_m ? -1 : inside(deepest(manifold)->p_W);
+  const double s = block.s[lane];
   const double until_apart =  // by edges: see `counts`
-      facing.is_flush || one.s > 0
-          ? kInfinity
-          : std::max(one.s + facing.slack, -std::max(axes.edges.s, axes.edges.next));
-  return std::min({one.s - one.next, over_other, over_edges, stays, bears, until_apart});
+      s > 0 ? kInfinity
+            : std::max(s + block.slack[lane], -std::max(block.s_edge[lane], block.next_edge[lane]));
+  return std::min({bears, stays, until_apart});
 }
 
-/// Leaves the contact along the preferred face, if that counts; else takes that along the other
-/// one, or of edges.
-void BoxBatch::meet_faces(const Facing& facing, Manifold& manifold) const {
-  const BoxAxes& axes = facing.axes;
-  const Waiting& pair = facing.pair;
+/// Sets the contact along the preferred face, if that counts; else takes that along the other one,
+/// or of edges.
+void BoxBatch::Facing::meet(Manifold& manifold) const {
+  set(manifold);
   double missed = 0;
-  if (counts(facing, manifold, missed)) {
-    manifold.lead = lead_of(facing, manifold, manifold.lead, missed);
+  if (counts(manifold, missed)) {
+    manifold.lead = lead(manifold, missed);
     return;
   }
-  if (std::abs(axes.face_A.s - axes.face_B.s) <= facing.bias) {
-    Facing other = facing;
-    other.prefer(!facing.on_A);
-    clip_alone(other, manifold);
-    if (counts(other, manifold, missed)) return;
+  const double s_A = block.s_A[lane], s_B = block.s_B[lane], s_edge = block.s_edge[lane];
+  BoxFaceBlock own;
+  if (std::abs(s_A - s_B) <= block.bias[lane] &&
+      alone(!on_A(), own, manifold).counts(manifold, missed)) {
+    return;
   }
-  if (facing.is_apart) {
-    if (meet_corners(axes, *pair.X_WA, pair.margin, manifold)) return;
+  if (is_apart()) {
+    if (meet_corners(axes_of(block, lane), *pair.X_WA, pair.margin, manifold)) return;
     manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
     manifold.lead = manifold.count > 0 ? -1 : pair.margin;
-  } else if (axes.edges.s > facing.face) {
-    manifold = meet_edges(axes, *pair.X_WA);
+  } else if (s_edge > std::max(s_A, s_B)) {
+    manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
   } else {
-    Facing best = facing;
-    best.prefer(axes.face_B.s <= axes.face_A.s);
-    clip_alone(best, manifold);
+    alone(s_B <= s_A, own, manifold);
   }
+}
+
+/// The same along the face of A, or that of B, in a block of its own.
+BoxBatch::Facing BoxBatch::Facing::alone(bool face_of_A, BoxFaceBlock& own,
+                                         Manifold& manifold) const {
+  copy_lane(block, lane, own, 0);
+  own.on_A[0] = face_of_A ? 1 : 0;
+  box_kernels_of(1).clip(own, 1);
+  const Facing facing{pair, own, 0};
+  facing.set(manifold);
+  manifold.lead = -1;
+  return facing;
 }
 
 Manifold box_box(const Collider& A, const Collider& B, double margin) {

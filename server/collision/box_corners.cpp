@@ -18,6 +18,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/box_faces.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {

@@ -55,6 +55,14 @@ bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, doubl
   return true;
 }
 
+void PairMemory::expect(std::size_t k) const {
+  if (pairs_[k].place < 0 || pairs_[k].count == 0) return;
+  const auto& manifold = manifolds_[static_cast<std::size_t>(pairs_[k].place)];
+  constexpr std::size_t kLine = 64;
+  const auto* const begin = reinterpret_cast<const char*>(&manifold);
+  for (std::size_t at = 0; at < sizeof(manifold); at += kLine) __builtin_prefetch(begin + at);
+}
+
 void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,
                       const Manifold& made) {
   KeptPair& pair = pairs_[k];

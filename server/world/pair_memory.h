@@ -41,6 +41,9 @@ class PairMemory {
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
   bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }
+  /// Fetches what `recall` will read: manifolds lie anywhere, and to wait for them takes longer
+  /// than all else that it does.
+  void expect(std::size_t k) const;
   void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made);
 
   /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.

@@ -142,7 +142,8 @@ void World::Steps::find_pairs(State& s) {
 /// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.
 class Narrow final : public MadeManifolds {
  public:
-  explicit Narrow(World::State& s) : s_(s), fresh_(*this, s.settings.lanes) {}
+  /// For the pairs before `end`.
+  Narrow(World::State& s, int end) : s_(s), end_(index(end)), fresh_(*this, s.settings.lanes) {}
 
   void find(std::size_t k) {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
@@ -152,6 +153,8 @@ class Narrow final : public MadeManifolds {
       s_.manifolds[k] = s_.methods().collide(A, B, margin);
       return;
     }
+    constexpr std::size_t kAhead = 8;
+    if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double path = s_.paths[a] + s_.paths[b], reach = std::min(s_.reaches[a], s_.reaches[b]);
     if (s_.memory.recall(k, A.X_WB, B.X_WB, path, reach, margin, s_.manifolds[k])) return;
     fresh_.add(k, A, B, margin, s_.memory.is_slow(k));
@@ -165,6 +168,7 @@ class Narrow final : public MadeManifolds {
 
  private:
   World::State& s_;
+  std::size_t end_;
   Collisions fresh_;
 };
 
@@ -174,7 +178,7 @@ void World::Steps::collide(State& s, Executor& executor) {
   s.manifolds.resize(s.pairs.size());
   list_composites(s);
   executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
-    Narrow narrow(s);
+    Narrow narrow(s, end);
     for (int k = begin; k < end; ++k) {
       if (!s.is_composite(s.pairs[index(k)])) narrow.find(index(k));
     }

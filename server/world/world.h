@@ -58,7 +58,7 @@ struct StepReport {
   std::int64_t sleeping = 0;  ///< bodies, at the tick's end; contacts of sleepers are not counted
   std::int64_t pairs = 0;     ///< of bodies, that were looked at for contacts
   int sub_steps_max = 0;      ///< of an island
-  int islands_makeshift = 0;  ///< of a baseline: ContactReport::islands_makeshift
+  int islands_makeshift = 0;  ///< not of "soft": ContactReport::islands_makeshift
   double sag_expected_m = 0;  ///< how far the most loaded contact sinks in, where bodies rest
   /// How far contact impulses are from the laws of contact at the tick's end, the worst point of
   /// each: contact_balance.h has the definitions.

@@ -2,6 +2,7 @@
 
 #include "server/dynamics/contact/impulse_step.h"
 #include "server/dynamics/contact/lcp_step.h"
+#include "server/dynamics/contact/newton/newton_step.h"
 #include "server/dynamics/contact/penalty_step.h"
 #include "server/dynamics/contact/soft_step.h"
 
@@ -13,6 +14,7 @@ struct Method {
   std::unique_ptr<ContactSolver> (*make)();
 };
 constexpr Method kMethods[] = {{"soft", make_soft_step},
+                               {"newton", make_newton_step},
                                {"lcp", make_lcp_step},
                                {"impulse", make_impulse_step},
                                {"penalty", make_penalty_step}};

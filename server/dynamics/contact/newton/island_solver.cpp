@@ -1,0 +1,206 @@
+// What an island's convex problem (contact_island.cpp) is made of in a tick, and how its minimum is
+// found.
+//
+// Sources: as contact_island.cpp; Stewart and Trinkle (1996) for gaps. By softer contacts first:
+// Nocedal and Wright (2006), section 17.1, the quadratic penalty method with extrapolation.
+//   target of a point: -s / dt where there is a gap s; min(-s / dt, kPush_mps) where it overlaps;
+//   -e un where it bounces
+//   held: friction of the tick before, so that what sticks does not creep
+//   slip = mu |ut|, at first that of the velocities before: the convex problem lifts what slides by
+//   that much; then of the solution, until it is the same
+// Certificate: where the gradient at the velocities before (or at none, if they are as small) is
+// within tolerance, these are the solution. So what rests costs one gradient, and does not move.
+// Where contacts slide, R is too small for Newton's steps: the cone is curved, and the way along
+// its edge is as wide as R g. So R begins at kSoftest times as much, slip is found there, and R is
+// made smaller by kStiffer at a time, from x + kStiffer (x - last x), x being linear in R while no
+// point changes.
+// What pushes out faster than load alone does moves places, but not velocities: those are of a
+// second solution, without it.
+//
+// Order: 1. Errors at rest: overlap dt R g, and no creep. Cost: newton_step.cpp.
+#include "server/dynamics/contact/newton/island_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cradle {
+namespace {
+
+constexpr double kYield = 1e-7;       ///< R by K ("a stack by Newton")
+constexpr double kTolerance = 1e-5;   ///< of the gradient: rounding of places makes 4e-6 of it (T3)
+constexpr double kPush_mps = 1;       ///< overlaps part no faster: each of them alone, in a second
+constexpr double kPushes_mps = 1e-3;  ///< more than load alone does
+constexpr double kRestTicks = 2;      ///< as in soft_step.cpp ("bounces off nothing")
+
+constexpr int kDirect = 8;       ///< iterations: what rests takes one
+constexpr int kIterations = 50;  ///< of each softness
+constexpr double kSoftest = 1e6;
+constexpr double kStiffer = 0.0316227766016837933;  ///< a fourth of its way to 1, by powers
+constexpr int kStages = 4;
+constexpr int kSlipStages = 2;   ///< where slip is found; it moves less later than it would help
+constexpr double kLoose = 1e-3;  ///< tolerance before the last stage
+constexpr double kSlipEnough_mps = 1e-3;
+constexpr int kSlips = 5;
+/// Larger islands are not worth the way by softer contacts: the soft step is a hundred times as
+/// fast by then.
+constexpr std::size_t kBodiesSofter = 64;
+
+}  // namespace
+
+bool IslandSolver::solve(const BodyLines& bodies, const BodyArrays& arrays, Island& island,
+                         double dt) {
+  of_ = &island;
+  dt_ = dt;
+  contacts_.begin(bodies, arrays, island.slots, island.constraints, kYield);
+  x_ = way_ = contacts_.free();
+  if (island.constraints.empty()) return true;
+  set_targets(bodies);
+  tolerance_ = kTolerance;
+  scale_ = scale();
+  start();
+  if (!find()) return false;
+  way_ = x_;
+  if (!is_pushed()) return true;
+  stop_pushing();
+  x_ = contacts_.before();
+  contacts_.look(x_);
+  return find();
+}
+
+void IslandSolver::store(std::span<BodyLine> ways, std::span<BodyLine> ends) const {
+  contacts_.store(way_, ways);
+  contacts_.store(x_, ends);
+}
+
+void IslandSolver::keep(ContactResidual& residual) {
+  contacts_.for_points([&](const ContactIsland::Point& point, const ContactConstraint& c) {
+    ConstraintPoint& p = *point.p;
+    p.lambda = point.g.x();
+    p.lambda_t = point.g.tail<2>();
+    p.force = p.lambda / dt_;
+    p.force_t = p.lambda_t / dt_;
+    p.press = p.force * p.K_normal;
+    residual.add(point.K, c.friction, point.g, point.u - Vector(point.target, 0, 0));
+  });
+}
+
+void IslandSolver::set_targets(const BodyLines& bodies) {
+  contacts_.look(contacts_.before());
+  bool bounces = false;
+  contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint& c) {
+    const double s = point.p->s0;
+    point.target = s > 0 ? -s / dt_ : std::min(-s / dt_, kPush_mps);
+    const bool carries = point.p->force > 0;
+    point.slip = carries ? c.friction * point.u.tail<2>().norm() : 0;
+    if (carries) point.held.tail<2>() = dt_ * point.p->force_t;
+    bounces |= c.restitution > 0;
+  });
+  if (bounces) set_bounces(bodies);
+}
+
+/// By velocities after loads; what does not close faster than loads make it in kRestTicks is at
+/// rest, and bounces off nothing.
+void IslandSolver::set_bounces(const BodyLines& bodies) {
+  contacts_.look(contacts_.free());
+  contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint& c) {
+    const double pull = std::max(bodies.acceleration(bodies.line(c.a)).norm(),
+                                 bodies.acceleration(bodies.line(c.b)).norm());
+    const double un = point.u.x();
+    if (c.restitution == 0 || un >= point.target || un >= -kRestTicks * dt_ * pull) return;
+    point.target = -c.restitution * un;
+  });
+}
+
+/// Of the unknowns: what moves already, what loads change, what is to part.
+double IslandSolver::scale() const {
+  const Eigen::VectorXd &before = contacts_.before(), &free = contacts_.free();
+  double pushes2 = 0;
+  for (const ContactIsland::Point& point : contacts_.points()) {
+    const double target = std::max(point.target, 0.0);
+    pushes2 = std::max(pushes2, target * target / point.K);
+  }
+  return std::sqrt((free - before).squaredNorm() + before.squaredNorm() + pushes2);
+}
+
+/// What hums within the tolerance comes to rest where that is nearer to the solution.
+void IslandSolver::start() {
+  x_ = contacts_.before();
+  const double size = x_.norm();
+  if (size > 0 && size <= tolerance_ * scale_) {
+    const double humming = minimiser_.error(contacts_, x_);
+    x_.setZero();
+    if (minimiser_.error(contacts_, x_) > humming) x_ = contacts_.before();
+  }
+  contacts_.look(x_);
+}
+
+bool IslandSolver::minimise(int iterations_max) {
+  return minimiser_.minimise(contacts_, of_->H, x_, {tolerance_, scale_, iterations_max}).is_found;
+}
+
+bool IslandSolver::find() {
+  if (find_slip(kDirect)) return true;
+  return contacts_.bodies() <= kBodiesSofter && find_by_softer();
+}
+
+bool IslandSolver::find_by_softer() {
+  x_ = last_ = contacts_.before();
+  contacts_.soften(kSoftest);
+  tolerance_ = kLoose;
+  for (int stage = 0; stage < kStages; ++stage) {
+    contacts_.look(x_);
+    if (!(stage < kSlipStages ? find_slip(kIterations) : minimise(kIterations))) return false;
+    last_.swap(x_);
+    x_ = stage == 0 ? last_ : Eigen::VectorXd(last_ + kStiffer * (last_ - x_));
+    contacts_.soften(kStiffer);
+  }
+  tolerance_ = kTolerance;
+  contacts_.look(x_);
+  return minimise(kIterations);
+}
+
+bool IslandSolver::find_slip(int iterations_max) {
+  for (int k = 0;; ++k) {
+    if (!minimise(iterations_max)) return false;
+    if (k + 1 == kSlips || slip_error() <= kSlipEnough_mps) return true;
+    update_slip();
+  }
+}
+
+namespace {
+
+double slip_of(const ContactIsland::Point& point, const ContactConstraint& c) {
+  return point.g.x() > 0 ? c.friction * point.u.tail<2>().norm() : 0;
+}
+
+}  // namespace
+
+void IslandSolver::update_slip() {
+  contacts_.for_points([](ContactIsland::Point& point, const ContactConstraint& c) {
+    point.slip = slip_of(point, c);
+  });
+}
+
+double IslandSolver::slip_error() {
+  double most = 0;
+  contacts_.for_points([&](const ContactIsland::Point& point, const ContactConstraint& c) {
+    if (point.g.x() > 0) most = std::max(most, std::abs(slip_of(point, c) - point.slip));
+  });
+  return most;
+}
+
+bool IslandSolver::is_pushed() const {
+  return std::ranges::any_of(contacts_.points(), [](const ContactIsland::Point& point) {
+    return point.target > kPushes_mps && point.p->s0 < 0 && point.g.x() > 0;
+  });
+}
+
+/// But bounces stay.
+void IslandSolver::stop_pushing() {
+  contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint&) {
+    const bool bounces = point.target > -point.p->s0 / dt_;
+    if (point.p->s0 < 0 && !bounces) point.target = 0;
+  });
+}
+
+}  // namespace cradle

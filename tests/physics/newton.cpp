@@ -1,11 +1,13 @@
-// The contact solver "newton": the hard cases as in baselines.cpp, rest by its formulas, and what
-// happens where it finds no solution.
+// The contact solvers "newton" and "accurate": the hard cases as in baselines.cpp, rest by its
+// formulas, motion by an enumeration of all modes, and what happens where there is no solution.
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "server/dynamics/contact/contact_system.h"
+#include "server/dynamics/contact/coulomb_modes.h"
 #include "server/dynamics/contact/newton/block_cholesky.h"
 #include "tests/physics/solver_cases.h"
 
@@ -19,6 +21,50 @@ std::string text(const std::array<std::uint8_t, 8>& hash) {
   std::string all;
   for (const auto byte : hash) all += std::to_string(static_cast<int>(byte)) + " ";
   return all;
+}
+
+/// A body of random inertia that comes down on one to four feet, slides and turns.
+Standing random_body(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const auto vector = [&] { return Vector(normal(random), normal(random), normal(random)); };
+  Standing body;
+  body.set_mass(0.5 + uniform(random), Vector(1, 1 + uniform(random), 1 + uniform(random)));
+  body.q[1] = Rotation(1, 0.1 * normal(random), 0.1 * normal(random), normal(random)).normalized();
+  body.friction = uniform(random);
+  body.acceleration[1] = {0, 0, -kGravity};
+  body.v[1] = vector();
+  body.w[1] = vector();
+  body.feet.resize(1 + random() % 4);
+  double lowest = 0;
+  for (Vector& foot : body.feet) {
+    foot = {normal(random), normal(random), -1 + 0.05 * uniform(random)};
+    lowest = std::min(lowest, (body.q[1] * foot).z());
+  }
+  body.x[1] = {0, 0, -lowest};
+  return body;
+}
+
+/// The tick's contacts with their gaps, as equations by themselves.
+CoulombProblem problem_of(Standing body) {
+  body.touch();
+  BodyLines lines;
+  lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W());
+  ContactSystem system;
+  system.begin(body.tick(), body.arrays(), body.contact, lines);
+  lines.integrate_velocities(body.dt, 0);
+  for (ContactSystem::Point& point : system.points()) point.bias = point.p->s0 / body.dt;
+  return ContactSystem::problem(system.points(), lines.velocities());
+}
+
+Eigen::VectorXd impulses_of(const Standing& body) {
+  Eigen::VectorXd impulses(3 * static_cast<Eigen::Index>(body.feet.size()));
+  for (std::size_t k = 0; k < body.feet.size(); ++k) {
+    const ConstraintPoint& p = body.contact[0].points[k];
+    impulses.segment<3>(3 * static_cast<Eigen::Index>(k)) =
+        body.dt * Vector(p.force, p.force_t.x(), p.force_t.y());
+  }
+  return impulses;
 }
 
 }  // namespace
@@ -301,6 +347,91 @@ TEST_CASE("an island that Newton does not solve moves as by soft steps, and is c
   }
   CHECK(state(newton, stack.back()).p_WBo.z == Approx(4.5).margin(1e-6));
   CHECK(state(soft, same_stack.back()).p_WBo.z < 4.5 - 1e-6);
+}
+
+TEST_CASE("P18 and P33 by the accurate solver") {
+  for (const double e : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    CAPTURE(e);
+    const auto [left, right] = after_meeting("accurate", e);
+    CHECK(distance(left, {-e, 0, 0}) < 1e-9);
+    CHECK(distance(right, {e, 0, 0}) < 1e-9);
+  }
+  for (const double mu : {0.0, 1000.0}) {
+    CAPTURE(mu);
+    const Vector expected = mu > 0 ? Vector(1.0 / 12, 0.25, 1.0 / 3) : Vector(0, 0, 1.0 / 3);
+    Standing body = drakes_body(mu);
+    const ContactReport report = body.step(*make_contact_solver("accurate"));
+    CHECK((body.dt * body.force(0) - expected).norm() < 1e-8);  // asked for are 1e-14
+    CHECK(report.residual.relative() <= 1e-8);
+    CHECK(report.islands_makeshift == 0);
+  }
+}
+
+TEST_CASE("the accurate solver finds what an enumeration of all modes finds") {
+  // Where that finds one solution. "newton" has the same to what it asks of the natural map.
+  std::mt19937_64 random(5);
+  int compared = 0, slides = 0;
+  double by_accurate = 0, by_newton = 0;  // apart, by the fastest without impulses
+  for (int trial = 0; trial < 300; ++trial) {
+    const Standing body = random_body(random);
+    const CoulombProblem problem = problem_of(body);
+    const CoulombModes modes = find_modes(problem);
+    if (modes.impulses.size() != 1) continue;
+    ++compared;
+    const Eigen::VectorXd expected = problem.velocities(modes.impulses.front());
+    for (const std::string solver : {"accurate", "newton"}) {
+      Standing moved = body;
+      const ContactReport report = moved.step(*make_contact_solver(solver));
+      CHECK(report.islands_makeshift == 0);
+      const Eigen::VectorXd u = problem.velocities(impulses_of(moved));
+      double& most = solver == "accurate" ? by_accurate : by_newton;
+      most = std::max(most, (u - expected).cwiseAbs().maxCoeff() / problem.b.cwiseAbs().maxCoeff());
+      const double force = moved.contact[0].points[0].force;
+      slides += solver == "accurate" && force > 0 && u.segment<2>(1).norm() > 0.01 ? 1 : 0;
+    }
+  }
+  CAPTURE(compared, slides, by_accurate, by_newton);
+  CHECK(compared > 250);
+  CHECK(slides > 50);
+  CHECK(by_accurate < 1e-7);
+  CHECK(by_newton < 1e-3);
+}
+
+TEST_CASE("accurate: a stack does not sink in, what slides is slowed by mu g") {
+  World world(settings_of("accurate"));
+  const auto cubes = add_stack(world, 20);
+  Worst worst;
+  worst.run(world, 60);
+  CHECK(worst.makeshift == 0);
+  CHECK(world.step().penetration_max_m < 1e-12);
+  CHECK(distance(state(world, cubes.back()).p_WBo, {0, 0, 19.5}) < 1e-8);
+
+  World sliding(settings_of("accurate"));
+  add(sliding, ground());
+  const BodyId box = add(sliding, brick({0.5, 0.5, 0.1}, {0, 0, 0.1}, {5, 0, 0}));
+  for (int k = 0; k < 50; ++k) {
+    CHECK(sliding.step().islands_makeshift == 0);
+    CHECK(state(sliding, box).v_WBcm.x == Approx(5 - 0.5 * kGravity * (k + 1) / 60).epsilon(1e-7));
+    CHECK(std::abs(state(sliding, box).p_WBo.z - 0.1) < 1e-7);
+  }
+}
+
+TEST_CASE("accurate: a tower falls in on itself within the laws of contact, or that is counted") {
+  World world(settings_of("accurate"));
+  add(world, ground());
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> aside(-0.2, 0.2);
+  for (int k = 0; k < 15; ++k) {
+    add(world, brick({0.5, 0.5, 0.5}, {aside(random) + 0.05 * k, aside(random), 0.5 + k}));
+  }
+  int exact = 0;
+  for (int k = 0; k < 240; ++k) {
+    const StepReport report = world.step();
+    if (report.islands_makeshift > 0) continue;
+    CHECK(report.residual_relative <= 1e-8);
+    ++exact;
+  }
+  CHECK(exact >= 230);
 }
 
 }  // namespace cradle

@@ -45,7 +45,8 @@ struct ContactReport {
   int sub_steps_max = 0;            ///< of an island
   std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
   int impacts_ordered = 0;          ///< sets too large to be solved at once: in their order
-  /// That a method beside "soft" solved by a makeshift: "newton" by soft steps; "lcp" by sweeps, as
+  /// That a method beside "soft" solved by a makeshift: "newton" by soft steps or to less
+  /// than it asks for, and "accurate", too; "lcp" by sweeps, as
   /// too large for pivots or because they found nothing; "impulse" by sweeps that ran out;
   /// "penalty" with softer springs than asked for.
   int islands_makeshift = 0;

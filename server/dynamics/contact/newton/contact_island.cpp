@@ -42,7 +42,7 @@ Vector wanted(const ContactIsland::Point& point, const Vector& u) {
 
 void ContactIsland::begin(const BodyLines& bodies, const BodyArrays& arrays,
                           std::span<const std::int32_t> slots,
-                          std::span<ContactConstraint* const> constraints, double R) {
+                          std::span<ContactConstraint* const> constraints) {
   bodies_.clear();
   manifolds_.clear();
   points_.clear();
@@ -50,7 +50,7 @@ void ContactIsland::begin(const BodyLines& bodies, const BodyArrays& arrays,
   before_.resize(static_cast<Eigen::Index>(6 * slots.size()));
   free_.resize(before_.size());
   for (const std::int32_t slot : slots) add_body(bodies, arrays, slot);
-  for (ContactConstraint* c : constraints) add_manifold(bodies, *c, R);
+  for (ContactConstraint* c : constraints) add_manifold(bodies, *c);
 }
 
 void ContactIsland::add_body(const BodyLines& bodies, const BodyArrays& arrays, std::int32_t slot) {
@@ -93,7 +93,7 @@ ContactIsland::Side ContactIsland::side(const BodyLines& bodies, std::int32_t sl
   return {number, 1 / body.root_mass, lever * body.S, turned * body.S};
 }
 
-void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c, double R) {
+void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) {
   if (c.count == 0) return;
   Manifold m;
   m.c = &c;
@@ -119,7 +119,6 @@ void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c, 
       return side.share * side.share + w.squaredNorm();
     };
     point.K = yields(m.A) + yields(m.B);
-    point.R = R * point.K;
     p.K_normal = point.K;
     points_.push_back(point);
   }
@@ -152,8 +151,8 @@ ContactIsland::Twist ContactIsland::twist(const Manifold& m, const Eigen::Vector
   return t;
 }
 
-void ContactIsland::soften(double factor) {
-  for (Point& point : points_) point.R *= factor;
+void ContactIsland::set_yield(double R) {
+  for (Point& point : points_) point.R = R * point.K;
 }
 
 void ContactIsland::look(const Eigen::VectorXd& x) {

@@ -17,7 +17,7 @@ class ContactIsland {
     ConstraintPoint* p;
     Vector rho;         ///< m, in the frame n, t1, t2, from the manifold's centre
     double K;           ///< 1/kg, along n
-    double R;           ///< 1/kg: what it yields by
+    double R = 0;       ///< 1/kg: what it yields by
     double target = 0;  ///< m/s: un is to be no less
     double slip = 0;    ///< m/s: mu |ut| as it was taken to be
     Vector held;        ///< N s: the impulse at u = (target - slip, 0, 0)
@@ -25,14 +25,15 @@ class ContactIsland {
     Vector u = Vector::Zero(), du = Vector::Zero();  ///< m/s: velocity; its change along a way
   };
 
-  /// The bodies of these lines, with the velocities that they have after loads; `R` of each point
-  /// by its K.
+  /// The bodies of these slots, with the velocities that they have after loads.
   void begin(const BodyLines& bodies, const BodyArrays& arrays, std::span<const std::int32_t> slots,
-             std::span<ContactConstraint* const> constraints, double R);
+             std::span<ContactConstraint* const> constraints);
 
   std::size_t bodies() const { return bodies_.size(); }
   Eigen::Index unknowns() const { return static_cast<Eigen::Index>(6 * bodies()); }
   std::span<const Point> points() const { return points_; }
+  std::span<Point> points() { return points_; }
+  void restore(std::span<const Point> points) { points_.assign(points.begin(), points.end()); }
   /// For each point with its contact.
   template <class F>
   void for_points(F&& f) {
@@ -47,8 +48,8 @@ class ContactIsland {
   /// Velocities of the unknowns, for the line of a body.
   void store(const Eigen::VectorXd& x, std::span<BodyLine> lines) const;
 
-  /// R of all points times `factor`, from now on.
-  void soften(double factor);
+  /// R of all points by their K.
+  void set_yield(double R);
 
   // By the velocities `x`: u of all points.
   void look(const Eigen::VectorXd& x);
@@ -87,7 +88,7 @@ class ContactIsland {
     return std::span(points_).subspan(m.first, m.count);
   }
   void add_body(const BodyLines& bodies, const BodyArrays& arrays, std::int32_t slot);
-  void add_manifold(const BodyLines& bodies, ContactConstraint& c, double R);
+  void add_manifold(const BodyLines& bodies, ContactConstraint& c);
   Side side(const BodyLines& bodies, std::int32_t slot, const Vector& arm, const Rotation& turn,
             const ContactConstraint& c, Twist& driven, double sign) const;
   Twist twist(const Manifold& m, const Eigen::VectorXd& x) const;

@@ -1,8 +1,8 @@
 // What an island's convex problem (contact_island.cpp) is made of in a tick, and how its minimum is
 // found.
 //
-// Sources: as contact_island.cpp; Stewart and Trinkle (1996) for gaps. By softer contacts first:
-// Nocedal and Wright (2006), section 17.1, the quadratic penalty method with extrapolation.
+// Sources: as contact_island.cpp; Stewart and Trinkle (1996) for gaps; rounds: Rockafellar (1976),
+// the proximal method of multipliers, and Cadoux (2009) for the slip.
 //   target of a point: -s / dt where there is a gap s; min(-s / dt, kPush_mps) where it overlaps;
 //   -e un where it bounces
 //   held: friction of the tick before, so that what sticks does not creep
@@ -11,9 +11,10 @@
 // Certificate: where the gradient at the velocities before (or at none, if they are as small) is
 // within tolerance, these are the solution. So what rests costs one gradient, and does not move.
 // Where contacts slide, R is too small for Newton's steps: the cone is curved, and the way along
-// its edge is as wide as R g. So R begins at kSoftest times as much, slip is found there, and R is
-// made smaller by kStiffer at a time, from x + kStiffer (x - last x), x being linear in R while no
-// point changes.
+// its edge is as wide as R g. So there R is larger, and in rounds held = g, slip = mu |ut|, until
+// the natural map (contact_balance.h) is small: then contacts do not yield, whatever R is.
+// "accurate" goes on in such rounds always, to 1e-8. If they do not end, the best of what was found
+// is taken where it is better than kTaken, and counted.
 // What pushes out faster than load alone does moves places, but not velocities: those are of a
 // second solution, without it.
 //
@@ -22,28 +23,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cradle {
 namespace {
 
-constexpr double kYield = 1e-7;       ///< R by K ("a stack by Newton")
-constexpr double kTolerance = 1e-5;   ///< of the gradient: rounding of places makes 4e-6 of it (T3)
 constexpr double kPush_mps = 1;       ///< overlaps part no faster: each of them alone, in a second
 constexpr double kPushes_mps = 1e-3;  ///< more than load alone does
 constexpr double kRestTicks = 2;      ///< as in soft_step.cpp ("bounces off nothing")
 
-constexpr int kDirect = 8;       ///< iterations: what rests takes one
-constexpr int kIterations = 50;  ///< of each softness
-constexpr double kSoftest = 1e6;
-constexpr double kStiffer = 0.0316227766016837933;  ///< a fourth of its way to 1, by powers
-constexpr int kStages = 4;
-constexpr int kSlipStages = 2;   ///< where slip is found; it moves less later than it would help
-constexpr double kLoose = 1e-3;  ///< tolerance before the last stage
+constexpr int kDirect = 8;  ///< iterations: what rests takes one
+constexpr int kSlips = 4;   ///< changes of slip; one body that slides takes two
 constexpr double kSlipEnough_mps = 1e-3;
-constexpr int kSlips = 5;
-/// Larger islands are not worth the way by softer contacts: the soft step is a hundred times as
-/// fast by then.
-constexpr std::size_t kBodiesSofter = 64;
+constexpr int kRounds = 10;  ///< of "accurate": what rests takes one or two
+
+constexpr double kSofter[] = {1e-2, 1e-3, 1e-4};  ///< R by K, where contacts slide
+constexpr int kIterations = 50;
+constexpr int kRoundsSliding = 100;
+constexpr double kTaken = 1e-2;  ///< natural map that is taken, though it is not what is asked for
 
 }  // namespace
 
@@ -51,11 +48,12 @@ bool IslandSolver::solve(const BodyLines& bodies, const BodyArrays& arrays, Isla
                          double dt) {
   of_ = &island;
   dt_ = dt;
-  contacts_.begin(bodies, arrays, island.slots, island.constraints, kYield);
+  is_exact_ = true;
+  contacts_.begin(bodies, arrays, island.slots, island.constraints);
   x_ = way_ = contacts_.free();
   if (island.constraints.empty()) return true;
   set_targets(bodies);
-  tolerance_ = kTolerance;
+  tolerance_ = settings_.tolerance;
   scale_ = scale();
   start();
   if (!find()) return false;
@@ -93,6 +91,7 @@ void IslandSolver::set_targets(const BodyLines& bodies) {
     const bool carries = point.p->force > 0;
     point.slip = carries ? c.friction * point.u.tail<2>().norm() : 0;
     if (carries) point.held.tail<2>() = dt_ * point.p->force_t;
+    if (carries && settings_.is_always_exact) point.held.x() = dt_ * point.p->force;
     bounces |= c.restitution > 0;
   });
   if (bounces) set_bounces(bodies);
@@ -139,30 +138,65 @@ bool IslandSolver::minimise(int iterations_max) {
 }
 
 bool IslandSolver::find() {
-  if (find_slip(kDirect)) return true;
-  return contacts_.bodies() <= kBodiesSofter && find_by_softer();
+  best_residual_ = std::numeric_limits<double>::infinity();
+  contacts_.set_yield(settings_.yield);
+  if (find_slip(kDirect)) {
+    if (!settings_.is_always_exact || find_by_rounds(settings_.yield, kRounds)) return true;
+  } else if (contacts_.bodies() > settings_.bodies_sliding) {
+    return false;
+  } else {
+    x_ = contacts_.before();
+  }
+  for (const double yield : kSofter) {
+    if (find_by_rounds(yield, kRoundsSliding)) return true;
+  }
+  x_ = best_;
+  contacts_.restore(best_points_);
+  is_exact_ = false;
+  return best_residual_ <= kTaken;
 }
 
-bool IslandSolver::find_by_softer() {
-  x_ = last_ = contacts_.before();
-  contacts_.soften(kSoftest);
-  tolerance_ = kLoose;
-  for (int stage = 0; stage < kStages; ++stage) {
-    contacts_.look(x_);
-    if (!(stage < kSlipStages ? find_slip(kIterations) : minimise(kIterations))) return false;
-    last_.swap(x_);
-    x_ = stage == 0 ? last_ : Eigen::VectorXd(last_ + kStiffer * (last_ - x_));
-    contacts_.soften(kStiffer);
-  }
-  tolerance_ = kTolerance;
+bool IslandSolver::find_by_rounds(double yield, int rounds_max) {
+  contacts_.set_yield(yield);
   contacts_.look(x_);
-  return minimise(kIterations);
+  for (int k = 0; k < rounds_max; ++k) {
+    if (!minimise(yield > settings_.yield ? kIterations : kDirect)) break;
+    if (keep_better()) return true;
+    hold();
+    update_slip();
+  }
+  if (best_residual_ < std::numeric_limits<double>::infinity()) {
+    x_ = best_;
+    contacts_.restore(best_points_);
+    hold();
+    update_slip();
+  }
+  return false;
+}
+
+void IslandSolver::hold() {
+  for (ContactIsland::Point& point : contacts_.points()) point.held = point.g;
+}
+
+/// True where the natural map is small enough.
+bool IslandSolver::keep_better() {
+  ContactResidual residual;
+  contacts_.for_points([&](const ContactIsland::Point& point, const ContactConstraint& c) {
+    residual.add(point.K, c.friction, point.g, point.u - Vector(point.target, 0, 0));
+  });
+  if (residual.relative() < best_residual_) {
+    best_residual_ = residual.relative();
+    best_ = x_;
+    best_points_.assign(contacts_.points().begin(), contacts_.points().end());
+  }
+  return residual.relative() <= settings_.natural_map;
 }
 
 bool IslandSolver::find_slip(int iterations_max) {
   for (int k = 0;; ++k) {
     if (!minimise(iterations_max)) return false;
-    if (k + 1 == kSlips || slip_error() <= kSlipEnough_mps) return true;
+    if (slip_error() <= kSlipEnough_mps) return true;
+    if (k == kSlips) return false;
     update_slip();
   }
 }
@@ -170,7 +204,7 @@ bool IslandSolver::find_slip(int iterations_max) {
 namespace {
 
 double slip_of(const ContactIsland::Point& point, const ContactConstraint& c) {
-  return point.g.x() > 0 ? c.friction * point.u.tail<2>().norm() : 0;
+  return c.friction * point.u.tail<2>().norm();
 }
 
 }  // namespace

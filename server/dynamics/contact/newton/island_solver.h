@@ -1,5 +1,5 @@
-/// The velocities and impulses of an island in a tick, by the contact solver "newton": see
-/// island_solver.cpp.
+/// The velocities and impulses of an island in a tick, by the contact solvers "newton" and
+/// "accurate": see island_solver.cpp.
 #pragma once
 
 #include "server/dynamics/contact/newton/minimise.h"
@@ -13,9 +13,23 @@ struct Island {
   BlockCholesky H;
 };
 
+struct IslandSettings {
+  double yield;                ///< R by K, of what rests
+  double tolerance;            ///< of the gradient
+  double natural_map;          ///< relative, that what slides may have
+  bool is_always_exact;        ///< and what rests, too
+  std::size_t bodies_sliding;  ///< of an island; larger ones that slide are not tried
+};
+/// The tolerance: rounding of places makes 4e-6 of it (T3). Beyond 64 bodies that slide the soft
+/// step is a hundred times as fast.
+inline constexpr IslandSettings kNewton{1e-7, 1e-5, 1e-4, false, 64};
+inline constexpr IslandSettings kAccurate{1e-6, 1e-9, 1e-8, true, 1000};
+
 /// Keeps its memory from island to island.
 class IslandSolver {
  public:
+  explicit IslandSolver(const IslandSettings& settings) : settings_(settings) {}
+
   /// Bodies have their velocities after loads. False where it finds none; then nothing has changed.
   bool solve(const BodyLines& bodies, const BodyArrays& arrays, Island& island, double dt);
 
@@ -25,6 +39,8 @@ class IslandSolver {
   void store(std::span<BodyLine> ways, std::span<BodyLine> ends) const;
   /// Impulses, to the constraints; and how well they do.
   void keep(ContactResidual& residual);
+  /// It has the natural map that the settings ask for.
+  bool is_exact() const { return is_exact_; }
 
  private:
   void set_targets(const BodyLines& bodies);
@@ -32,9 +48,11 @@ class IslandSolver {
   double scale() const;
   void start();
   bool find();
-  bool find_by_softer();
   bool find_slip(int iterations_max);
   bool minimise(int iterations_max);
+  bool find_by_rounds(double yield, int rounds_max);
+  void hold();
+  bool keep_better();
   void update_slip();
   double slip_error();
   bool is_pushed() const;
@@ -44,8 +62,13 @@ class IslandSolver {
   double dt_ = 0;
   ContactIsland contacts_;
   Minimiser minimiser_;
+  IslandSettings settings_;
   double tolerance_ = 0, scale_ = 0;
-  Eigen::VectorXd x_, last_, way_;
+  Eigen::VectorXd x_, way_;
+  bool is_exact_ = true;
+  Eigen::VectorXd best_;
+  std::vector<ContactIsland::Point> best_points_;
+  double best_residual_ = 0;
 };
 
 }  // namespace cradle

@@ -1,4 +1,4 @@
-/// The contact solver "newton": see newton_step.cpp.
+/// The contact solvers "newton" and "accurate": see newton_step.cpp.
 #pragma once
 
 #include "server/dynamics/contact/contact_solver.h"
@@ -6,5 +6,6 @@
 namespace cradle {
 
 std::unique_ptr<ContactSolver> make_newton_step();
+std::unique_ptr<ContactSolver> make_accurate_step();
 
 }  // namespace cradle

@@ -189,6 +189,41 @@ TEST_CASE("any weight on one cube, by Newton") {
   }
 }
 
+TEST_CASE("ten tonnes on ten cubes of a kilogramme, by Newton, and a tower that is not straight") {
+  World world(settings_of("newton"));
+  add_stack(world, 10);
+  BodySpec heavy = brick({0.5, 0.5, 0.5}, {0, 0, 10.5});
+  heavy.mass_kg = 1e4;
+  const BodyId top = add(world, heavy);
+  Worst worst;
+  worst.run(world, 300);
+  CHECK(worst.makeshift == 0);
+  CHECK(worst.penetration_m < kYield * 8 * (1e4 + 9) * kGravity / 4 / 3600 * 1.02);
+  CHECK(distance(state(world, top).p_WBo, {0, 0, 10.5}) < 1e-3);
+
+  // Twenty cubes, 2 mm and 10 mrad out of place, set down 2 mm above each other.
+  World tower(settings_of("newton"));
+  add(tower, ground());
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<BodyId> cubes;
+  for (int k = 0; k < 20; ++k) {
+    BodySpec spec = brick({0.5, 0.5, 0.5}, {0.002 * unit(random), 0.002 * unit(random), 0});
+    spec.p_WBo.z = 0.502 + 1.002 * k;
+    const double half = 0.005 * unit(random);
+    spec.q_WB = {std::cos(half), 0, 0, std::sin(half)};
+    cubes.push_back(add(tower, spec));
+  }
+  steps(tower, 120);
+  const BodyState before = state(tower, cubes.back());
+  Worst later;
+  later.run(tower, 300);
+  CHECK(later.makeshift == 0);
+  CHECK(distance(state(tower, cubes.back()).p_WBo, before.p_WBo) < 1e-9);
+  CHECK(norm(before.v_WBcm) < 1e-6);
+  CHECK(std::abs(before.p_WBo.z - 19.5) < 1e-6);
+}
+
 TEST_CASE("by Newton friction that holds does not creep") {
   // A cube pressed on from the side with half of what friction holds: A6.
   World world(settings_of("newton"));
@@ -368,7 +403,7 @@ TEST_CASE("P18 and P33 by the accurate solver") {
 }
 
 TEST_CASE("the accurate solver finds what an enumeration of all modes finds") {
-  // Where that finds one solution. "newton" has the same to what it asks of the natural map.
+  // Where that finds one solution.
   std::mt19937_64 random(5);
   int compared = 0, slides = 0;
   double by_accurate = 0, by_newton = 0;  // apart, by the fastest without impulses
@@ -394,7 +429,7 @@ TEST_CASE("the accurate solver finds what an enumeration of all modes finds") {
   CHECK(compared > 250);
   CHECK(slides > 50);
   CHECK(by_accurate < 1e-7);
-  CHECK(by_newton < 1e-3);
+  CHECK(by_newton < 1e-3);  // slip is lagged where eight iterations find it
 }
 
 TEST_CASE("accurate: a stack does not sink in, what slides is slowed by mu g") {

@@ -6,9 +6,13 @@
 namespace cradle {
 namespace {
 
+/// Of the tangential part. Nothing here is so large or small as to need std::hypot, which takes as
+/// long as all else.
+double along_t(const Vector& z) { return std::sqrt(z.y() * z.y() + z.z() * z.z()); }
+
 /// The nearest of the vectors along n, t1, t2 with |t| <= friction n.
 Vector on_cone(const Vector& z, double friction) {
-  const double t = std::hypot(z.y(), z.z());
+  const double t = along_t(z);
   if (t <= friction * z.x()) return z;
   if (friction * t <= -z.x()) return Vector::Zero();
   const double n = (z.x() + friction * t) / (1 + friction * friction);
@@ -34,10 +38,10 @@ void raise(PointResidual& most, const PointResidual& one) {
 PointResidual residual_of(double K, double friction, const Vector& impulse,
                           const Vector& velocity) {
   const Vector p = K * impulse;
-  const double slide = friction * std::hypot(velocity.y(), velocity.z());
+  const double slide = friction * along_t(velocity);
   const Vector u = velocity + Vector(slide, 0, 0);
   return {(p - on_cone(p - u, friction)).norm(), std::abs(std::min(p.x(), velocity.x())),
-          std::max(std::hypot(p.y(), p.z()) - friction * p.x(), 0.0), std::abs(impulse.dot(u))};
+          std::max(along_t(p) - friction * p.x(), 0.0), std::abs(impulse.dot(u))};
 }
 
 void ContactResidual::add(double K, double friction, const Vector& impulse,

@@ -6,8 +6,9 @@
 //   column j:  C_ij = A_ij - sum_k<j L_ik L_jk^T;  L_jj L_jj^T = C_jj;  L_ij = C_ij L_jj^-T
 // Where we differ: of the diagonal L_jj^-1 is kept, so that a column is made by products alone.
 //
-// Order: exact. Sums go by ascending k, so that they are the same for the same pattern. Cost: 0.04
-// us a product of blocks; a pyramid of 465 cubes has 3666 blocks and takes 23000 products.
+// Order: exact. Sums go by ascending k, so that they are the same for the same pattern. Cost: 36 ns
+// a product of blocks. A pyramid of 465 cubes has 3666 blocks and takes 27000 products, 1.0 ms, and
+// 0.3 ms to find its pattern; Eigen's SimplicialLDLT, by single numbers, 4.8 and 3.0.
 #include "server/dynamics/contact/newton/block_cholesky.h"
 
 #include <Eigen/Cholesky>
@@ -23,17 +24,18 @@ using Block = BlockCholesky::Block;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// C -= A B^T, column by column of C.
+/// C -= A B^T, two columns of C at a time.
 void subtract_product(Block& C, const Block& A, const Block& B) {
-  double* c = C.data();
-  for (int j = 0; j < 6; ++j, c += 6) {
-    double sum[6];
-    for (int i = 0; i < 6; ++i) sum[i] = c[i];
-    const double *a = A.data(), *b = B.data() + j;
-    for (int k = 0; k < 6; ++k, a += 6, b += 6) {
-      for (int i = 0; i < 6; ++i) sum[i] -= a[i] * *b;
+  using Column = Eigen::Matrix<double, 6, 1>;
+  for (int j = 0; j < 6; j += 2) {
+    Column one = C.col(j), other = C.col(j + 1);
+    for (int k = 0; k < 6; ++k) {
+      const Column a = A.col(k);
+      one -= a * B(j, k);
+      other -= a * B(j + 1, k);
     }
-    for (int i = 0; i < 6; ++i) c[i] = sum[i];
+    C.col(j) = one;
+    C.col(j + 1) = other;
   }
 }
 

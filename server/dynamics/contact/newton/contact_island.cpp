@@ -73,29 +73,28 @@ void ContactIsland::add_body(const BodyLines& bodies, const BodyArrays& arrays, 
 }
 
 ContactIsland::Side ContactIsland::side(const BodyLines& bodies, std::int32_t slot,
-                                        const Vector& arm, const Rotation& turn,
-                                        const ContactConstraint& c, Twist& driven,
-                                        double sign) const {
-  Matrix frame;
-  frame << c.n.transpose(), c.t1.transpose(), c.t2.transpose();
+                                        const Vector& arm, const Rotation& turn, const Manifold& m,
+                                        Twist& driven, double sign) const {
   const std::int32_t line = bodies.line(slot);
-  const bool is_turned = c.is_ahead && bodies.tumbles(line);
-  Matrix turned = is_turned ? Matrix(frame * turn.toRotationMatrix()) : frame;
-  Matrix lever = -frame * cross_matrix(arm);
-  if (is_turned) lever = lever * turn.toRotationMatrix();
+  Matrix turned = m.frame, lever;  // e . (w x arm) = (arm x e) . w
+  for (int k = 0; k < 3; ++k) lever.row(k) = arm.cross(m.frame.row(k).transpose()).transpose();
+  if (m.c->is_ahead && bodies.tumbles(line)) {
+    turned = m.frame * turn.toRotationMatrix();
+    lever = lever * turn.toRotationMatrix();
+  }
   if (!bodies.yields(line)) {
-    driven.head<3>() += sign * (frame * bodies.v(line) + lever * bodies.w(line));
+    driven.head<3>() += sign * (m.frame * bodies.v(line) + lever * bodies.w(line));
     driven.tail<3>() += sign * (turned * bodies.w(line));
     return {-1, 0, Matrix::Zero(), Matrix::Zero()};
   }
   const std::int32_t number = number_[index(line)];
   const Body& body = bodies_[index(number)];
-  return {number, 1 / body.root_mass, lever * body.S, turned * body.S};
+  return {number, 1 / body.root_mass, lever.lazyProduct(body.S), turned.lazyProduct(body.S)};
 }
 
 void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) {
   if (c.count == 0) return;
-  Manifold m;
+  Manifold& m = manifolds_.emplace_back();
   m.c = &c;
   m.frame << c.n.transpose(), c.t1.transpose(), c.t2.transpose();
   Vector arm_A = Vector::Zero(), arm_B = Vector::Zero();
@@ -104,15 +103,14 @@ void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) 
     arm_B += p.rB / c.count;
   }
   m.driven.setZero();
-  m.A = side(bodies, c.a, arm_A, c.turn_A, c, m.driven, -1);
-  m.B = side(bodies, c.b, arm_B, c.turn_B, c, m.driven, 1);
+  m.A = side(bodies, c.a, arm_A, c.turn_A, m, m.driven, -1);
+  m.B = side(bodies, c.b, arm_B, c.turn_B, m, m.driven, 1);
   m.first = points_.size();
   m.count = static_cast<std::size_t>(c.count);
   for (ConstraintPoint& p : c.used()) {
-    Point point;
+    Point& point = points_.emplace_back();
     point.p = &p;
     point.rho = m.frame * (p.rA - arm_A);
-    point.held = point.g = Vector::Zero();
     const Vector twist(0, point.rho.z(), -point.rho.y());  // of a unit along n: rho x n
     const auto yields = [&](const Side& side) {
       const Vector w = side.lever.row(0).transpose() + side.turn.transpose() * twist;
@@ -120,9 +118,7 @@ void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) 
     };
     point.K = yields(m.A) + yields(m.B);
     p.K_normal = point.K;
-    points_.push_back(point);
   }
-  manifolds_.push_back(m);
 }
 
 void ContactIsland::store(const Eigen::VectorXd& x, std::span<BodyLine> lines) const {
@@ -156,8 +152,9 @@ void ContactIsland::set_yield(double R) {
 }
 
 void ContactIsland::look(const Eigen::VectorXd& x) {
+  const bool is_still = x.isZero(0);  // as in most ticks of what rests
   for (const Manifold& m : manifolds_) {
-    const Twist t = twist(m, x) + m.driven;
+    const Twist t = is_still ? m.driven : Twist(twist(m, x) + m.driven);
     const Vector V = t.head<3>(), W = t.tail<3>();
     for (Point& point : of(m)) point.u = V + W.cross(point.rho);
   }

@@ -14,14 +14,14 @@ class ContactIsland {
  public:
   using Twist = Eigen::Matrix<double, 6, 1>;
   struct Point {
-    ConstraintPoint* p;
-    Vector rho;         ///< m, in the frame n, t1, t2, from the manifold's centre
-    double K;           ///< 1/kg, along n
-    double R = 0;       ///< 1/kg: what it yields by
-    double target = 0;  ///< m/s: un is to be no less
-    double slip = 0;    ///< m/s: mu |ut| as it was taken to be
-    Vector held;        ///< N s: the impulse at u = (target - slip, 0, 0)
-    Vector g;           ///< N s: the impulse at the last gradient
+    ConstraintPoint* p = nullptr;
+    Vector rho;                    ///< m, in the frame n, t1, t2, from the manifold's centre
+    double K = 0;                  ///< 1/kg, along n
+    double R = 0;                  ///< 1/kg: what it yields by
+    double target = 0;             ///< m/s: un is to be no less
+    double slip = 0;               ///< m/s: mu |ut| as it was taken to be
+    Vector held = Vector::Zero();  ///< N s: the impulse at u = (target - slip, 0, 0)
+    Vector g = Vector::Zero();     ///< N s: the impulse at the last gradient
     Vector u = Vector::Zero(), du = Vector::Zero();  ///< m/s: velocity; its change along a way
   };
 
@@ -90,7 +90,7 @@ class ContactIsland {
   void add_body(const BodyLines& bodies, const BodyArrays& arrays, std::int32_t slot);
   void add_manifold(const BodyLines& bodies, ContactConstraint& c);
   Side side(const BodyLines& bodies, std::int32_t slot, const Vector& arm, const Rotation& turn,
-            const ContactConstraint& c, Twist& driven, double sign) const;
+            const Manifold& m, Twist& driven, double sign) const;
   Twist twist(const Manifold& m, const Eigen::VectorXd& x) const;
   static void add_wrench(const Manifold& m, const Side& side, const Vector& F, const Vector& T,
                          double sign, Eigen::VectorXd& r);

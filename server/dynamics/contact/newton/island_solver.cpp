@@ -13,10 +13,9 @@
 // Where contacts slide, R is too small for Newton's steps: the cone is curved, and the way along
 // its edge is as wide as R g. So there R is larger, and in rounds held = g, slip = mu |ut|, until
 // the natural map (contact_balance.h) is small: then contacts do not yield, whatever R is.
-// "accurate" goes on in such rounds always, to 1e-8. If they do not end, the best of what was found
-// is taken where it is better than kTaken, and counted.
-// What pushes out faster than load alone does moves places, but not velocities: those are of a
-// second solution, without it.
+// "accurate" goes on in such rounds where contacts stick, too. If they do not end, the best of what
+// was found is taken where it is better than kTaken, and counted. What pushes out faster than load
+// alone does moves places, but not velocities: those are of a second solution, without it.
 //
 // Order: 1. Errors at rest: overlap dt R g, and no creep. Cost: newton_step.cpp.
 #include "server/dynamics/contact/newton/island_solver.h"

@@ -10,7 +10,7 @@
 // steps, so "newton" leaves them to these. It knows no rolling and torsional friction, restitution
 // is Newton's.
 //
-// Order: 1. Cost: an island at rest 0.7 us a manifold; an iteration 2 to 3, in motion thirty.
+// Order: 1. Cost: an island at rest 0.7 us a manifold; an iteration 2 to 3, in motion dozens.
 #include "server/dynamics/contact/newton/newton_step.h"
 
 #include <algorithm>

@@ -48,7 +48,12 @@ struct Difference {
 };
 
 /// The pair's a and b for which n . (a - b) is largest.
-Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints);
+void find_support(const ConvexPair& pair, const Vector& n, SupportHints& hints, Difference& found);
+inline Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints) {
+  Difference found;
+  find_support(pair, n, hints, found);
+  return found;
+}
 
 /// How far A's core reaches into that of B along n; negative: apart.
 inline double core_overlap(const ConvexPair& pair, const Vector& n, SupportHints& hints) {

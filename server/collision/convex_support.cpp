@@ -35,7 +35,7 @@ Split product(const Matrix& M, const Vector& v) {
 
 }  // namespace
 
-Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints) {
+void find_support(const ConvexPair& pair, const Vector& n, SupportHints& hints, Difference& found) {
   const Split along = product(pair.toward_B, n);
   const Vector m(along.xy[0], along.xy[1], along.z);
   Vector a, b;
@@ -52,7 +52,8 @@ Difference support(const ConvexPair& pair, const Vector& n, SupportHints& hints)
   }
   const Split b_A = product(pair.R, b);
   const Two xy = Two{a.x(), a.y()} - (b_A.xy + Two{pair.t.x(), pair.t.y()});
-  return {{xy[0], xy[1], a.z() - (b_A.z + pair.t.z())}, a};
+  found.w = Vector(xy[0], xy[1], a.z() - (b_A.z + pair.t.z()));
+  found.a = a;
 }
 
 }  // namespace cradle

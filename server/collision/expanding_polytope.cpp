@@ -55,8 +55,8 @@ bool ExpandingPolytope::set_planes(std::size_t first) {
     };
     const Triple<Two> p = corner(0), ab = corner(1) - p, ac = corner(2) - p;
     const Triple<Two> normal = cross(ab, ac);
-    const Two area2 = dot(normal, normal);
-    const auto is_wide = area2 > kFlat * kFlat * dot(ab, ab) * dot(ac, ac);
+    const Two area2 = dot(normal, normal), length2 = dot(ab, ab) * dot(ac, ac);
+    const auto is_wide = area2 > kFlat * kFlat * length2;
     has_flat |= (is_wide[0] & is_wide[1]) == 0;
     const Triple<Two> n = (1.0 / root(area2)) * normal;
     const Two distance = dot(n, p);
@@ -110,7 +110,9 @@ int ExpandingPolytope::nearest(double bound) const {
 bool ExpandingPolytope::expand(int f, const Difference& corner) {
   if (corner_count_ == kCornersMax) return false;
   const auto top = static_cast<std::uint8_t>(corner_count_++);
-  corners_[top] = corner;
+  // By component: to read them at once would mean to wait until they have been written.
+  corners_[top].w = Vector(corner.w.x(), corner.w.y(), corner.w.z());
+  corners_[top].a = corner.a;
   // Faces that the corner is level with go too, else a flat one may take their place.
   const double level = kLevel * corner.w.cwiseAbs().maxCoeff();
   const auto from = static_cast<std::uint8_t>(f);

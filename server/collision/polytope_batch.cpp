@@ -38,7 +38,7 @@ void PolytopeBatch::finish() {
 void PolytopeBatch::step() {
   std::array<Difference, kAtATime> next;
   for (std::size_t i = 0; i < kAtATime; ++i) {
-    if (auto& m = meetings_[i]) next[i] = support(m->pair, m->search.direction(), m->hints);
+    if (auto& m = meetings_[i]) find_support(m->pair, m->search.direction(), m->hints, next[i]);
   }
   for (std::size_t i = 0; i < kAtATime; ++i) {
     auto& m = meetings_[i];

@@ -147,7 +147,7 @@ PolytopeSearch::PolytopeSearch(const ConvexPair& pair, double limit, double lead
     : pair_(pair), limit_(limit), lead_wanted_(lead_wanted), hints_(hints) {
   const double length = pair.centre.norm();
   n_ = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
-  direction_ = n_;
+  direction_ = &n_;
 }
 
 void PolytopeSearch::take(const Difference& next) {
@@ -180,15 +180,15 @@ void PolytopeSearch::take_first(const Difference& next) {
   // A tetrahedron with a wide side across n.
   const Vector e = unit_across(n_), f = n_.cross(e);
   constexpr double kRoot = std::numbers::sqrt3 / 2;
-  across_ = {n_ + e, n_ + (-0.5 * e + kRoot * f), n_ + (-0.5 * e - kRoot * f)};
-  direction_ = -n_;
+  across_ = {-n_, n_ + e, n_ + (-0.5 * e + kRoot * f), n_ + (-0.5 * e - kRoot * f)};
+  direction_ = &across_[0];
   stage_ = Stage::across;
 }
 
 void PolytopeSearch::take_across(const Difference& next) {
   corners_[corner_count_++] = next;
   if (corner_count_ < 4) {
-    direction_ = across_[corner_count_ - 1];
+    direction_ = &across_[corner_count_];
   } else if (expanding_.polytope.begin(corners_)) {
     expand(kKissing_m);
   } else {
@@ -204,7 +204,7 @@ void PolytopeSearch::seek_distance() {
 
 void PolytopeSearch::judge_distance() {
   if (!distance_->is_done()) {
-    direction_ = distance_->direction();
+    direction_ = &distance_->direction();
     return;
   }
   const Closest& found = distance_->found();
@@ -216,7 +216,7 @@ void PolytopeSearch::judge_distance() {
       best_.lead = lead_of_closest(simplex_, found.distance);
       if (simplex_.count == 3) best_.sine = edge_sine(std::span(simplex_.corners).first(3));
     }
-    direction_ = found.n;
+    direction_ = &best_.n;
     stage_ = Stage::apart;
     return;
   }
@@ -237,7 +237,7 @@ void PolytopeSearch::expand(double least) {
 
 void PolytopeSearch::judge_expanding() {
   if (!expanding_.is_done()) {
-    direction_ = expanding_.direction();
+    direction_ = &expanding_.direction();
   } else if (expanding_.has_found()) {
     best_ = expanding_.best();
     best_.farthest = farthest_;

@@ -59,9 +59,9 @@ class PolytopeSearch {
   PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted, SupportHints& hints);
 
   bool is_done() const { return stage_ == Stage::done; }
-  const Vector& direction() const { return direction_; }  ///< of the support point it waits for
-  void take(const Difference& next);                      ///< that point
-  const LeastOverlap& best() const { return best_; }      ///< once it is done
+  const Vector& direction() const { return *direction_; }  ///< of the support point it waits for
+  void take(const Difference& next);                       ///< that point
+  const LeastOverlap& best() const { return best_; }       ///< once it is done
 
  private:
   enum class Stage { first, across, distance, apart, expanding, done };
@@ -80,11 +80,11 @@ class PolytopeSearch {
   SupportHints& hints_;
   SupportHints farthest_;  ///< along the best direction
   Stage stage_ = Stage::first;
-  Vector n_;  ///< from centre to centre, unit
-  Vector direction_;
+  Vector n_;                           ///< from centre to centre, unit
+  const Vector* direction_ = nullptr;  ///< not copied: to read what was just written takes time
   Simplex simplex_;
   std::array<Difference, 4> corners_;
-  std::array<Vector, 3> across_;
+  std::array<Vector, 4> across_;
   std::size_t corner_count_ = 0;
   std::optional<ClosestSearch> distance_;
   ExpandingSearch expanding_;

@@ -229,13 +229,19 @@ class Stops {
     return s_.loads.course[i] == Course::falls ? s_.gravity_W : s_.loads.acceleration[i];
   }
 
-  /// Of its motion what loads have given on a way that it did not go.
-  void give_back(std::size_t i, double most_J) {
+  /// Of its motion what loads have given on a way that it did not go, `over` of the tick: their
+  /// work, but no more than their impulse. What a contact braked on that way has little left of
+  /// that work.
+  void give_back(std::size_t i, double most_J, double over) {
+    BodyTable& bodies = s_.bodies;
     const double now_J = momentum_of(s_, i).kinetic_J;
     if (now_J <= most_J) return;
-    const double share = std::sqrt(std::max(most_J, 0.0) / now_J);
-    s_.bodies.v[i] *= share;
-    s_.bodies.w[i] *= share;
+    const double by_work = std::sqrt(std::max(most_J, 0.0) / now_J);
+    const double speed = bodies.v[i].norm();
+    const double given = over * s_.dt * acceleration(i).norm();
+    const double share = speed * (1 - by_work) > given ? 1 - given / speed : by_work;
+    bodies.v[i] *= share;
+    bodies.w[i] *= share;
   }
 
   void stop(const Mover& mover) {
@@ -257,7 +263,8 @@ class Stops {
     const double now = energy_of_rotation(i);
     if (now > energy && now > 0) bodies.w[i] *= std::sqrt(energy / now);
     if (mover.carrier < 0) {
-      give_back(i, kinetic_J + bodies.mass[i] * acceleration(i).dot(bodies.x[i] - x_before));
+      const double work_J = bodies.mass[i] * acceleration(i).dot(x_before - bodies.x[i]);
+      give_back(i, kinetic_J - work_J, 1 - t);
     }
     if (s_.settings.is_planar) keep_in_plane(bodies, i);
     add_unaccounted(s_, i, x_before, before);

@@ -8,7 +8,7 @@
 ///
 /// A body that flew has the velocity it had when it stopped; one in contact, which has had its
 /// impulses, keeps the one it has. What loads have given it on the way that it did not go is taken
-/// from that: so neither adds energy.
+/// from that, their work or, if it is less, their impulse: so neither adds energy.
 #pragma once
 
 #include <cstdint>

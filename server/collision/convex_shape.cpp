@@ -15,7 +15,7 @@ std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int32_t& hint) {
   if (!hull.likely.empty()) {
-    hint = farthest_likely(hull, DirectionGrid::cells(d, d)[0], d);
+    hint = farthest_likely(hull, d);
     return hull.vertices[index(hint)];
   }
   double best = d.dot(hull.vertices[index(hint)]);

@@ -1,6 +1,13 @@
 // Two shapes as A sees them, and their support points at once. Two hulls, the commonest case, do
 // without calls, and find the cells of both directions side by side.
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <limits>
+
 #include "server/collision/convex_pair.h"
+#include "server/collision/direction_grid.h"
+#include "server/collision/lanes.h"
 #include "server/collision/likely_vertices.h"
 
 namespace cradle {
@@ -22,6 +29,27 @@ namespace {
 
 using Two = DirectionGrid::Two;
 
+/// Of the candidates of the cell that `d` is in, four at a time. Which is farthest is chance: to
+/// guess it by branches would cost more than to find it.
+std::uint16_t farthest_in(const ConvexHull& hull, std::size_t cell, const Vector& d) {
+  const FoursOfCell fours = hull.likely_of[cell];
+  const FourVertices* four = hull.likely.data() + fours.first;
+  std::uint16_t farthest = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const FourVertices* const end = four + fours.count; four != end; ++four) {
+    const auto reach = [&](std::size_t k) {
+      const auto two = [k](const std::array<double, 4>& p) { return Two{p[k], p[k + 1]}; };
+      return two(four->x) * d.x() + (two(four->y) * d.y() + two(four->z) * d.z());
+    };
+    const Two front = reach(0), back = reach(2);
+    const double r = std::max(std::max(front[0], front[1]), std::max(back[0], back[1]));
+    const unsigned farthest_of = bits_of(front == r) | bits_of(back == r) << 2 | 8u;
+    if (r > most)
+      farthest = four->numbers[static_cast<std::size_t>(std::countr_zero(farthest_of))], most = r;
+  }
+  return farthest;
+}
+
 /// x and y side by side.
 struct Split {
   Two xy;
@@ -35,6 +63,10 @@ Split product(const Matrix& M, const Vector& v) {
 
 }  // namespace
 
+std::uint16_t farthest_likely(const ConvexHull& hull, const Vector& d) {
+  return farthest_in(hull, DirectionGrid::cells(d, d)[0], d);
+}
+
 void find_support(const ConvexPair& pair, const Vector& n, SupportHints& hints, Difference& found) {
   const Split along = product(pair.toward_B, n);
   const Vector m(along.xy[0], along.xy[1], along.z);
@@ -42,8 +74,8 @@ void find_support(const ConvexPair& pair, const Vector& n, SupportHints& hints, 
   if (pair.are_quick_hulls) {
     const ConvexHull &A = *pair.A.hull, &B = *pair.B.hull;
     const auto cells = DirectionGrid::cells(n, m);
-    hints.A = farthest_likely(A, cells[0], n);
-    hints.B = farthest_likely(B, cells[1], m);
+    hints.A = farthest_in(A, cells[0], n);
+    hints.B = farthest_in(B, cells[1], m);
     a = A.vertices[static_cast<std::size_t>(hints.A)];
     b = B.vertices[static_cast<std::size_t>(hints.B)];
   } else {

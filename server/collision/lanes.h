@@ -1,5 +1,5 @@
 /// Several doubles side by side: `V` is double itself or a vector of GCC's vector extensions, and
-/// one text serves for all. For the kernels' files alone: everything is internal to the file, so
+/// one text serves for all. Everything is internal to the file that includes it, so
 /// that no code made for one instruction set can end up in another's place.
 ///
 /// Every operation acts on each lane by itself, and rounds as a double does: results are the same
@@ -142,6 +142,17 @@ CRADLE_LANES auto lane(const M& mask, int l) {
   } else {
     return mask;
   }
+}
+
+/// A bit for each of two lanes.
+template <class M>
+CRADLE_LANES unsigned bits_of(const M& mask) {
+  static_assert(sizeof(M) == 2 * sizeof(double));
+#ifdef __SSE2__
+  return static_cast<unsigned>(_mm_movemask_pd(__m128d(mask)));
+#else
+  return static_cast<unsigned>(mask[0] & 1) | static_cast<unsigned>(mask[1] & 2);
+#endif
 }
 
 /// The mask with its halves or-ed together, until the first lane knows of all.

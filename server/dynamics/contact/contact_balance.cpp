@@ -3,21 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/dynamics/contact/friction_cone.h"
+
 namespace cradle {
 namespace {
 
 /// Of the tangential part. Nothing here is so large or small as to need std::hypot, which takes as
 /// long as all else.
 double along_t(const Vector& z) { return std::sqrt(z.y() * z.y() + z.z() * z.z()); }
-
-/// The nearest of the vectors along n, t1, t2 with |t| <= friction n.
-Vector on_cone(const Vector& z, double friction) {
-  const double t = along_t(z);
-  if (t <= friction * z.x()) return z;
-  if (friction * t <= -z.x()) return Vector::Zero();
-  const double n = (z.x() + friction * t) / (1 + friction * friction);
-  return {n, friction * n / t * z.y(), friction * n / t * z.z()};
-}
 
 double sum(const ContactBlock::Row& row) {
   double total = 0;
@@ -40,7 +33,7 @@ PointResidual residual_of(double K, double friction, const Vector& impulse,
   const Vector p = K * impulse;
   const double slide = friction * along_t(velocity);
   const Vector u = velocity + Vector(slide, 0, 0);
-  return {(p - on_cone(p - u, friction)).norm(), std::abs(std::min(p.x(), velocity.x())),
+  return {(p - on_cone(p - u, friction).g).norm(), std::abs(std::min(p.x(), velocity.x())),
           std::max(along_t(p) - friction * p.x(), 0.0), std::abs(impulse.dot(u))};
 }
 

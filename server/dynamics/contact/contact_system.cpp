@@ -7,8 +7,6 @@
 namespace cradle {
 namespace {
 
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 ContactSystem::Side side_of(std::int32_t slot, const Vector& arm, const Rotation& turn,
                             const Matrix& inverse_inertia, double inverse_mass, const Matrix& E,
                             const ContactConstraint& c, const BodyLines& bodies) {
@@ -35,25 +33,14 @@ Matrix response(const ContactSystem::Point& at, const ContactSystem::Point& by) 
 
 void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
                           std::span<ContactConstraint> constraints, const BodyLines& bodies) {
-  number_.assign(arrays.x.size(), -1);
-  for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-    number_[index(tick.moving[k])] = static_cast<std::int32_t>(k);
-  }
-  pairs_.clear();
-  for (const ContactConstraint& c : constraints) {
-    pairs_.push_back({number_[index(c.a)], number_[index(c.b)]});
-  }
-  islands_.find(pairs_, tick.moving.size());
+  islands_.find(tick, arrays.x.size(), constraints);
   sizes_.assign(islands_.count(), 0);
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
     ++sizes_[islands_.of(static_cast<std::int32_t>(k))];
   }
-  const auto island_of = [&](std::size_t k) {
-    return islands_.of(pairs_[k].a >= 0 ? pairs_[k].a : pairs_[k].b);
-  };
   firsts_.assign(islands_.count() + 1, 0);
   for (std::size_t k = 0; k < constraints.size(); ++k) {
-    firsts_[island_of(k) + 1] += constraints[k].used().size();
+    firsts_[islands_.of_constraint(k) + 1] += constraints[k].used().size();
   }
   for (std::size_t i = 0; i < islands_.count(); ++i) firsts_[i + 1] += firsts_[i];
   points_.resize(firsts_.back());
@@ -64,7 +51,7 @@ void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
     Matrix E;
     E << c.n, c.t1, c.t2;
     for (ConstraintPoint& p : c.used()) {
-      Point& point = points_[next[island_of(k)]++];
+      Point& point = points_[next[islands_.of_constraint(k)]++];
       point.c = &c;
       point.p = &p;
       point.E = E;

@@ -10,7 +10,7 @@
 
 #include "server/dynamics/contact/body_lines.h"
 #include "server/dynamics/contact/coulomb_problem.h"
-#include "server/dynamics/contact/islands.h"
+#include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
 
@@ -52,12 +52,10 @@ class ContactSystem {
   static CoulombProblem problem(Points points, const BodyLine* lines);
 
  private:
-  Islands islands_;
-  std::vector<Point> points_;         // by island
-  std::vector<std::size_t> firsts_;   // of each island, and the end
-  std::vector<int> sizes_;            // bodies, by island
-  std::vector<std::int32_t> number_;  // by slot: among the moving bodies, or -1
-  std::vector<ColouredPair> pairs_;
+  TickIslands islands_;
+  std::vector<Point> points_;        // by island
+  std::vector<std::size_t> firsts_;  // of each island, and the end
+  std::vector<int> sizes_;           // bodies, by island
 };
 
 }  // namespace cradle

@@ -21,10 +21,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "server/dynamics/contact/islands.h"
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
 #include "server/dynamics/contact/softness.h"
+#include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
 namespace {
@@ -92,21 +92,9 @@ class SoftStep final : public ContactSolver {
  private:
   void find_islands(const ContactTick& tick, std::size_t slots,
                     std::span<const ContactConstraint> constraints) {
-    number_.assign(slots, -1);
-    for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-      number_[index(tick.moving[k])] = static_cast<std::int32_t>(k);
-    }
-    pairs_.clear();
-    for (const ContactConstraint& c : constraints) {
-      pairs_.push_back({number_[index(c.a)], number_[index(c.b)]});
-    }
+    islands_.find(tick, slots, constraints);
     number_of_bodies_ = tick.moving.size();
-    islands_.find(pairs_, number_of_bodies_);
     report_.islands = static_cast<int>(islands_.count());
-  }
-
-  std::size_t island_of(const ColouredPair& pair) const {
-    return islands_.of(pair.a >= 0 ? pair.a : pair.b);
   }
 
   /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
@@ -122,7 +110,7 @@ class SoftStep final : public ContactSolver {
     const double deep_m = push_speed() * dt;
     for (std::size_t k = 0; k < constraints.size(); ++k) {
       const ContactConstraint& c = constraints[k];
-      const std::size_t island = island_of(pairs_[k]);
+      const std::size_t island = islands_.of_constraint(k);
       has_past_[island] |= c.press > 0;
       if (c.is_known) pasts_[island] = Past::lasts;
       lies_askew_[island] |= c.carrying > 0 && c.carrying < c.count;
@@ -150,8 +138,8 @@ class SoftStep final : public ContactSolver {
   void find_pasts(const ContactTick& tick, const BodyArrays& arrays,
                   std::span<const ContactConstraint> constraints) {
     for (const std::int32_t slot : tick.shaken) {
-      if (number_[index(slot)] < 0) continue;
-      Past& past = pasts_[islands_.of(number_[index(slot)])];
+      if (islands_.numbers()[index(slot)] < 0) continue;
+      Past& past = pasts_[islands_.of(islands_.numbers()[index(slot)])];
       if (past == Past::lasts) past = Past::changes;
     }
     bool all_last = true;
@@ -163,14 +151,14 @@ class SoftStep final : public ContactSolver {
     }
     if (all_last) return;
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      Past& past = pasts_[island_of(pairs_[k])];
+      Past& past = pasts_[islands_.of_constraint(k)];
       if (past == Past::lasts) continue;
-      const double slow = kRestTicks * tick.dt * accelerations_[island_of(pairs_[k])];
+      const double slow = kRestTicks * tick.dt * accelerations_[islands_.of_constraint(k)];
       if (closing_speed(constraints[k], arrays) > slow) past = Past::lasts;
     }
   }
 
-  Grouping grouping() const { return {islands_, number_, sub_steps_}; }
+  Grouping grouping() const { return {islands_, islands_.numbers(), sub_steps_}; }
 
   /// Groups that stay as they are; and those that may come to rest, because nobody drives them.
   void find_resting(const ContactTick& tick, const BodyArrays& arrays,
@@ -184,8 +172,10 @@ class SoftStep final : public ContactSolver {
     }
     for (const ContactConstraint& c : constraints) {
       for (const std::int32_t slot : {c.a, c.b}) {
-        const bool is_driven = number_[index(slot)] < 0 && !arrays.v[index(slot)].isZero(0);
-        const bool is_turned = number_[index(slot)] < 0 && !arrays.w[index(slot)].isZero(0);
+        const bool is_driven =
+            islands_.numbers()[index(slot)] < 0 && !arrays.v[index(slot)].isZero(0);
+        const bool is_turned =
+            islands_.numbers()[index(slot)] < 0 && !arrays.w[index(slot)].isZero(0);
         if (is_driven || is_turned) is_calm_[grouping().of(c)] = 0;
       }
     }
@@ -221,7 +211,7 @@ class SoftStep final : public ContactSolver {
     least_.assign(islands_.count(), 0);
     const double whole = tick.dt / contact_angle();
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      const std::size_t island = island_of(pairs_[k]);
+      const std::size_t island = islands_.of_constraint(k);
       const ContactConstraint& c = constraints[k];
       const double tolerance_m = c.tolerance_m > 0 ? c.tolerance_m : tick.tolerance_m;
       const double square = whole * whole / std::max(tolerance_m, ways_[island]);
@@ -264,7 +254,7 @@ class SoftStep final : public ContactSolver {
       stiffest_.assign(islands_.count(), 1);
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
       for (std::size_t k = 0; k < constraints.size(); ++k) {
-        const std::size_t i = island_of(pairs_[k]);
+        const std::size_t i = islands_.of_constraint(k);
         constraints[k].stiffness = std::clamp(asked_[k] / sub_steps_[i], 1.0, stiffest_[i]);
       }
     }
@@ -293,7 +283,7 @@ class SoftStep final : public ContactSolver {
     }
     chosen_.clear();
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      if (is_meant(island_of(pairs_[k]))) chosen_.push_back(&constraints[k]);
+      if (is_meant(islands_.of_constraint(k))) chosen_.push_back(&constraints[k]);
     }
     tick.sub_steps = n;
     tick.moving = moving_;
@@ -349,10 +339,8 @@ class SoftStep final : public ContactSolver {
   }
 
   ContactReport report_;
-  Islands islands_;
+  TickIslands islands_;
   SoftBatch batch_;
-  std::vector<std::int32_t> number_;  // by slot: among the moving bodies, or -1
-  std::vector<ColouredPair> pairs_;   // of constraints, by numbers
   std::size_t number_of_bodies_ = 0;
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
   std::vector<Demands> demands_;              // by island

@@ -17,7 +17,7 @@
 
 #include <cmath>
 
-#include "server/dynamics/contact/newton/friction_cone.h"
+#include "server/dynamics/contact/friction_cone.h"
 #include "server/dynamics/gyroscopic.h"
 
 namespace cradle {

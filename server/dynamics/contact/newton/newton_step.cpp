@@ -15,10 +15,10 @@
 
 #include <algorithm>
 
-#include "server/dynamics/contact/islands.h"
 #include "server/dynamics/contact/newton/island_solver.h"
 #include "server/dynamics/contact/single_contacts.h"
 #include "server/dynamics/contact/soft_step.h"
+#include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
 namespace {
@@ -58,15 +58,7 @@ class NewtonStep final : public ContactSolver {
 
  private:
   void find_islands(std::span<ContactConstraint> constraints) {
-    number_.assign(arrays_.x.size(), -1);
-    for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
-      number_[index(tick_.moving[k])] = static_cast<std::int32_t>(k);
-    }
-    pairs_.clear();
-    for (const ContactConstraint& c : constraints) {
-      pairs_.push_back({number_[index(c.a)], number_[index(c.b)]});
-    }
-    islands_.find(pairs_, tick_.moving.size());
+    islands_.find(tick_, arrays_.x.size(), constraints);
     report_.islands = static_cast<int>(islands_.count());
     islands_in_.resize(std::max(islands_in_.size(), islands_.count()));
     for (Island& island : islands_in_) {
@@ -77,18 +69,13 @@ class NewtonStep final : public ContactSolver {
       islands_in_[island_of_body(k)].slots.push_back(tick_.moving[k]);
     }
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      islands_in_[island_of(k)].constraints.push_back(&constraints[k]);
+      islands_in_[islands_.of_constraint(k)].constraints.push_back(&constraints[k]);
     }
   }
 
   std::size_t island_of_body(std::size_t k) const {
     return islands_.of(static_cast<std::int32_t>(k));
   }
-  /// Of a constraint.
-  std::size_t island_of(std::size_t k) const {
-    return islands_.of(pairs_[k].a >= 0 ? pairs_[k].a : pairs_[k].b);
-  }
-
   void begin(const ContactTick& tick, std::span<const Matrix> inverse_inertia_W) {
     bodies_.begin(tick, arrays_, inverse_inertia_W);
     balance_ = {};
@@ -100,7 +87,7 @@ class NewtonStep final : public ContactSolver {
   void finish(const ContactTick& tick, std::span<ContactConstraint> constraints) {
     const auto set = [&](std::span<const BodyLine> velocities) {
       for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-        bodies_.velocities()[k] = velocities[index(number_[index(tick.moving[k])])];
+        bodies_.velocities()[k] = velocities[index(islands_.numbers()[index(tick.moving[k])])];
       }
     };
     set(ways_);
@@ -132,7 +119,7 @@ class NewtonStep final : public ContactSolver {
         if (is_solved_[island_of_body(k)] == solved) moving_.push_back(tick_.moving[k]);
       }
       for (std::size_t k = 0; k < constraints.size(); ++k) {
-        if (is_solved_[island_of(k)] == solved) chosen_.push_back(constraints[k]);
+        if (is_solved_[islands_.of_constraint(k)] == solved) chosen_.push_back(constraints[k]);
       }
       ContactTick tick = tick_;
       tick.moving = moving_;
@@ -144,7 +131,7 @@ class NewtonStep final : public ContactSolver {
       }
       auto next = chosen_.begin();
       for (std::size_t k = 0; k < constraints.size(); ++k) {
-        if (is_solved_[island_of(k)] == solved) constraints[k] = *next++;
+        if (is_solved_[islands_.of_constraint(k)] == solved) constraints[k] = *next++;
       }
     }
   }
@@ -162,13 +149,11 @@ class NewtonStep final : public ContactSolver {
   ContactReport report_;
   ContactBalance balance_;
   BodyLines bodies_;
-  Islands islands_;
+  TickIslands islands_;
   std::vector<Island> islands_in_;
   IslandSolver solver_;
   std::unique_ptr<ContactSolver> soft_ = make_soft_step();
   std::vector<std::uint8_t> is_solved_;  // by island
-  std::vector<std::int32_t> number_;     // by slot: among the moving bodies, or -1
-  std::vector<ColouredPair> pairs_;      // of constraints, by numbers
   std::vector<BodyLine> ways_, ends_;    // by number: velocities that move places; at the end
   std::vector<std::int32_t> moving_;
   std::vector<ContactConstraint> chosen_;

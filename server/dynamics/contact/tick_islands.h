@@ -1,0 +1,27 @@
+/// The islands of a tick: its moving bodies, by the constraints between them.
+#pragma once
+
+#include "server/dynamics/contact/contact_solver.h"
+#include "server/dynamics/contact/islands.h"
+
+namespace cradle {
+
+/// Bodies go by their number among those that move. Keeps its memory from tick to tick.
+class TickIslands : public Islands {
+ public:
+  /// `slots`: how many there are.
+  void find(const ContactTick& tick, std::size_t slots,
+            std::span<const ContactConstraint> constraints);
+
+  /// By slot; -1: does not yield.
+  std::span<const std::int32_t> numbers() const { return number_; }
+  std::size_t of_constraint(std::size_t k) const {
+    return of(pairs_[k].a >= 0 ? pairs_[k].a : pairs_[k].b);
+  }
+
+ private:
+  std::vector<std::int32_t> number_;
+  std::vector<ColouredPair> pairs_;
+};
+
+}  // namespace cradle

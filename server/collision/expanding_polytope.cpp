@@ -86,7 +86,7 @@ bool ExpandingPolytope::begin(const std::array<Difference, 4>& corners) {
   // Corner 3 is now below the first face, as seen from outside.
   add_face(0, 1, 2);
   add_face(0, 3, 1);
-  add_face(1, 3, 2);
+  add_face(1, 3, 2);  // kWithoutFirst
   add_face(2, 3, 0);
   for (std::uint8_t f = 1; f < 4; ++f) {
     join({0, static_cast<std::uint8_t>(f - 1)}, {f, 2});

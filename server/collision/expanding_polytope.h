@@ -9,6 +9,7 @@ namespace cradle {
 class ExpandingPolytope {
  public:
   static constexpr std::size_t kCornersMax = 48;
+  static constexpr int kWithoutFirst = 2;
 
   /// Of a face, from its corner `side` to the next.
   struct Edge {
@@ -22,7 +23,7 @@ class ExpandingPolytope {
     std::array<Edge, 3> across;           ///< the same edges, as the faces beyond them have them
   };
 
-  /// False if the tetrahedron of the corners is flat.
+  /// False if the tetrahedron of the corners is flat. Face kWithoutFirst is across from the first.
   bool begin(const std::array<Difference, 4>& corners);
 
   /// The face whose plane is nearest to the origin, of those nearer than `bound`; -1: none. To

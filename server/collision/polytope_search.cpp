@@ -6,7 +6,7 @@
 // direction as many from there: the processor is idle half of the time, unless it has another
 // search to go on with (polytope_batch.h).
 //
-// Cost: apart 9 support points, overlapping 11, deep 12 of two hulls of 42 corners.
+// Cost: apart 9 support points, resting 7.5, at an angle 9.7, deep 10.3 of two hulls of 42 corners.
 #include "server/collision/polytope_search.h"
 
 #include <algorithm>
@@ -22,7 +22,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kLeadSteps = 6;   // to see how much the best direction leads
-constexpr double kDeep = 0.15;  // of the thickness: so deep, no distance is asked for
+constexpr double kDeep = 0.01;  // of the thickness: so deep, no distance is asked for
+constexpr double kAside = 0.6;  // the three sides of the first tetrahedron, from where it points to
 
 }  // namespace
 
@@ -177,10 +178,13 @@ void PolytopeSearch::take_first(const Difference& next) {
   if (!(n_.dot(next.w) > kDeep * std::min(pair_.A.thickness, pair_.B.thickness))) {
     return seek_distance();
   }
-  // A tetrahedron with a wide side across n.
+  // A tetrahedron from well inside M, with a wide side across n.
   const Vector e = unit_across(n_), f = n_.cross(e);
   constexpr double kRoot = std::numbers::sqrt3 / 2;
-  across_ = {-n_, n_ + e, n_ + (-0.5 * e + kRoot * f), n_ + (-0.5 * e - kRoot * f)};
+  across_ = {n_ + kAside * e, n_ + kAside * (-0.5 * e + kRoot * f),
+             n_ + kAside * (-0.5 * e - kRoot * f)};
+  corners_[0] = {-pair_.centre, pair_.A.centre};
+  corner_count_ = 1;
   direction_ = &across_[0];
   stage_ = Stage::across;
 }
@@ -188,18 +192,34 @@ void PolytopeSearch::take_first(const Difference& next) {
 void PolytopeSearch::take_across(const Difference& next) {
   corners_[corner_count_++] = next;
   if (corner_count_ < 4) {
-    direction_ = &across_[corner_count_];
-  } else if (expanding_.polytope.begin(corners_)) {
+    direction_ = &across_[corner_count_ - 1];
+  } else if (expanding_.polytope.begin(corners_) && take_top()) {
     expand(kKissing_m);
   } else {
     seek_distance();
   }
 }
 
+/// The first support point, which is beyond the three sides or one of them.
+bool PolytopeSearch::take_top() {
+  constexpr int kTop = ExpandingPolytope::kWithoutFirst;
+  ExpandingPolytope& polytope = expanding_.polytope;
+  const Difference& top = simplex_.corners[0];
+  const double beyond = polytope.face(kTop).n.dot(top.w) - polytope.face(kTop).distance;
+  return beyond <= kSure_m || polytope.expand(kTop, top);
+}
+
 void PolytopeSearch::seek_distance() {
   stage_ = Stage::distance;
   distance_.emplace(Vector::Zero(), limit_, simplex_);
   judge_distance();
+}
+
+/// Deep along the middles, but apart elsewhere: along the face that told, or nearly.
+void PolytopeSearch::seek_distance_from_face() {
+  std::ranges::copy(expanding_.corners_of_face(), simplex_.corners.begin());
+  simplex_.count = 3;
+  seek_distance();
 }
 
 void PolytopeSearch::judge_distance() {
@@ -243,7 +263,7 @@ void PolytopeSearch::judge_expanding() {
     best_.farthest = farthest_;
     end(best_);
   } else if (!distance_) {
-    seek_distance();  // deep along the middles, but not elsewhere
+    seek_distance_from_face();
   } else {
     fall_back();
   }

@@ -35,6 +35,10 @@ class ExpandingSearch {
   const Vector& direction() const { return polytope.face(face_).n; }
   bool take(const Difference& next);  ///< whether its direction is the best so far
   const LeastOverlap& best() const { return best_; }
+  /// Of the one that it looked at last.
+  std::array<Difference, 3> corners_of_face() const {
+    return polytope.corners_of(polytope.face(face_));
+  }
 
  private:
   enum class Stage { growing, leading, found, failed };
@@ -68,7 +72,9 @@ class PolytopeSearch {
 
   void take_first(const Difference& next);
   void take_across(const Difference& next);
+  bool take_top();
   void seek_distance();
+  void seek_distance_from_face();
   void judge_distance();
   void expand(double least);
   void judge_expanding();
@@ -84,7 +90,7 @@ class PolytopeSearch {
   const Vector* direction_ = nullptr;  ///< not copied: to read what was just written takes time
   Simplex simplex_;
   std::array<Difference, 4> corners_;
-  std::array<Vector, 4> across_;
+  std::array<Vector, 3> across_;
   std::size_t corner_count_ = 0;
   std::optional<ClosestSearch> distance_;
   ExpandingSearch expanding_;

@@ -138,14 +138,18 @@ void ExpandingPolytope::remove_seeing(const Vector& w, double level, const Edge&
 bool ExpandingPolytope::fill_hole(const Rim& rim, std::uint8_t top) {
   if (rim.is_broken || rim.count < 3 || face_count_ + rim.count > kFacesMax) return false;
   const std::size_t first = face_count_, last = first + rim.count - 1;
+  const std::uint8_t begin = end_of(rim.edges[0]);
+  std::uint8_t end = begin;
   for (std::size_t k = 0; k < rim.count; ++k) {
-    const Edge& outer = rim.edges[k];
-    const Edge& next = rim.edges[k + 1 < rim.count ? k + 1 : 0];
-    const std::uint8_t end = end_of(outer), start = start_of(outer);
-    if (start != end_of(next)) return false;  // not one ring: rounding has cut it
-    const auto f = static_cast<std::uint8_t>(add_face(end, start, top));
-    join({f, 0}, outer);
-    join({f, 1}, {static_cast<std::uint8_t>(f < last ? f + 1 : first), 2});
+    const std::uint8_t start = start_of(rim.edges[k]);
+    const std::uint8_t next_end = k + 1 < rim.count ? end_of(rim.edges[k + 1]) : begin;
+    if (start != next_end) return false;  // not one ring: rounding has cut it
+    const std::size_t f = add_face(end, start, top);
+    const auto left = static_cast<std::uint8_t>(f < last ? f + 1 : first);
+    const auto right = static_cast<std::uint8_t>(f > first ? f - 1 : last);
+    faces_[f].across = {rim.edges[k], Edge{left, 2}, Edge{right, 1}};
+    across(rim.edges[k]) = {static_cast<std::uint8_t>(f), 0};
+    end = next_end;
   }
   return set_planes(first);
 }

@@ -16,8 +16,8 @@ class ExpandingPolytope {
     std::uint8_t face, side;
   };
 
-  struct Face {
-    Vector n;         ///< unit, outward
+  struct alignas(64) Face {  // a line of the cache
+    Vector n;                ///< unit, outward
     double distance;  ///< of its plane from the origin along n; negative: the origin is outside
     std::array<std::uint8_t, 3> corners;  ///< counter-clockwise as seen from outside
     std::array<Edge, 3> across;           ///< the same edges, as the faces beyond them have them
@@ -78,9 +78,10 @@ class ExpandingPolytope {
   /// Of all faces from `first` on. False if one is flat.
   bool set_planes(std::size_t first);
   void set_plane(std::size_t f, const Vector& n, double distance);
+  Edge& across(const Edge& edge) { return faces_[edge.face].across[edge.side]; }
   void join(const Edge& edge, const Edge& other) {
-    faces_[edge.face].across[edge.side] = other;
-    faces_[other.face].across[other.side] = edge;
+    across(edge) = other;
+    across(other) = edge;
   }
 
   void remove(std::uint8_t f) {

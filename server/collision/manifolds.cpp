@@ -140,6 +140,13 @@ const PairMethods& pair_methods(bool is_planar) {
 
 bool is_composite(ShapeKind kind) { return kind == ShapeKind::compound || is_surface(kind); }
 
+double least_distance(const Collider& A, const Collider& B, double margin) {
+  const bool is_A = is_surface(A.shape.kind);
+  const Collider &surface = is_A ? A : B, &other = is_A ? B : A;
+  if (!is_surface(surface.shape.kind) || !is_convex(other)) return 0;
+  return surface_gap(surface, other, margin);
+}
+
 std::int64_t add_manifolds(const Collider& A, const Collider& B, double margin,
                            std::vector<Manifold>& manifolds, const PairMethods& methods) {
   Search search{margin, methods, manifolds};

@@ -27,4 +27,8 @@ std::int64_t add_manifolds(const Collider& A, const Collider& B, double margin,
                            std::vector<Manifold>& manifolds,
                            const PairMethods& methods = pair_methods(false));
 
+/// m. A body and a mesh or a height field that `add_manifolds` found nothing for are at least so
+/// far apart; it may be more than the margin. 0: not known.
+double least_distance(const Collider& A, const Collider& B, double margin);
+
 }  // namespace cradle

@@ -165,10 +165,7 @@ SurfaceContactFinder::SurfaceContactFinder(const SurfaceView& surface, const Col
 /// Farther than the margin, for a face of C's box parts it from C: most that a search would look
 /// at.
 bool SurfaceContactFinder::is_beyond_box(const SurfaceTriangle& t) const {
-  const auto in_C = [&](std::size_t k) {
-    return Vector(X_SC_.R.transpose() * (t.corners[k] - X_SC_.x));
-  };
-  const Vector a = in_C(0), b = in_C(1), c = in_C(2);
+  const auto [a, b, c] = seen_from_C(t);
   return (a.cwiseMin(b).cwiseMin(c).array() > reach_.upper.array()).any() ||
          (a.cwiseMax(b).cwiseMax(c).array() < reach_.lower.array()).any();
 }

@@ -75,6 +75,11 @@ class SurfaceContactFinder {
   /// What of a triangle is nearest to C, along a normal of the surface; none: along no such.
   enum class Nearest { beyond, face, edge, none };
 
+  std::array<Vector, 3> seen_from_C(const SurfaceTriangle& t) const {
+    const Matrix T = X_SC_.R.transpose();
+    const auto seen = [&](std::size_t k) { return Vector(T * (t.corners[k] - X_SC_.x)); };
+    return {seen(0), seen(1), seen(2)};
+  }
   bool is_beyond_box(const SurfaceTriangle& t) const;
   SupportFeature part_towards(const Vector& n) const;
   void add_sphere(const SurfaceTriangle& t);

@@ -5,6 +5,7 @@
 #include "server/collision/convex_pair.h"
 #include "server/collision/feature_overlap.h"
 #include "server/collision/surface_contacts.h"
+#include "server/collision/triangle_overlap.h"
 
 namespace cradle {
 namespace {
@@ -272,11 +273,14 @@ bool SurfaceContactFinder::add_edge_or_vertex(const SurfaceTriangle& t, Touch& t
 /// separation.
 SurfaceContactFinder::Nearest SurfaceContactFinder::add_nearest(const SurfaceTriangle& t,
                                                                 const Over& over, double& least) {
+  const double limit = margin_ + shape_.radius;
+  const std::optional<LeastOverlap> quick = triangle_overlap(shape_, seen_from_C(t), limit);
+  if (quick && !quick->is_within_limit) return Nearest::beyond;
   const ConvexShape flat(t);
   const Pose in_S;
   const ConvexPair pair(shape_, X_SC_, flat, in_S);
   SupportHints hints;
-  const LeastOverlap found = least_overlap(pair, margin_ + shape_.radius, hints);
+  const LeastOverlap found = quick ? *quick : least_overlap(pair, limit, hints);
   if (!found.is_within_limit) return Nearest::beyond;
   Touch touch(pair, X_SC_.R, t, found, hints);
   if (!(touch.separation <= margin_)) return Nearest::beyond;

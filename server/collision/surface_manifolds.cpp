@@ -195,6 +195,16 @@ Room& room_of_thread() {
   return room;
 }
 
+/// m, by which two boxes are apart along some axis; negative: they overlap.
+double gap(const Aabb& a, const Aabb& b) {
+  return (a.lower - b.upper).cwiseMax(b.lower - a.upper).maxCoeff();
+}
+
+Aabb box_of(const SurfaceTriangle& t) {
+  const auto& p = t.corners;
+  return {p[0].cwiseMin(p[1]).cwiseMin(p[2]), p[0].cwiseMax(p[1]).cwiseMax(p[2])};
+}
+
 bool is_finite(const Pose& X) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return X.x.squaredNorm() < kInfinity && X.R.squaredNorm() < kInfinity;
@@ -219,6 +229,28 @@ void add_surface_manifolds(const Collider& collider, const Collider& convex, dou
     push_out(surface, finder, (box.upper - box.lower).maxCoeff(), room.findings.contacts);
   }
   group(X_WS, finder.same_place(), part, room, manifolds);
+}
+
+double surface_gap(const Collider& collider, const Collider& convex, double margin) {
+  const SurfaceView surface(collider);
+  const Pose& X_WS = collider.X_WB;
+  const Pose X_SC{X_WS.R.transpose() * (convex.X_WB.x - X_WS.x),
+                  X_WS.R.transpose() * convex.X_WB.R};
+  if (!surface.is_there() || !is_finite(X_SC)) return 0;
+  const Aabb box = bounds(Collider{convex.shape, X_SC, convex.geometry});
+  double least = margin + (box.upper - box.lower).maxCoeff();
+  surface.for_each_in(swept(box, Vector::Zero(), least), [&](std::int32_t t) {
+    least = std::min(least, gap(box, box_of(surface.triangle(t))));
+  });
+  // Beside a field, the way into the ground is open to C's middle.
+  if (surface.field() != nullptr) {
+    const Aabb whole = surface.box();
+    const Vector c = X_SC.x + X_SC.R * ConvexShape(convex).centre;
+    const Vector beside = (whole.lower - c).cwiseMax(c - whole.upper);
+    const double outside = beside.head<2>().maxCoeff();
+    if (outside > 0) least = std::min(least, outside);
+  }
+  return least - kTolerances.seam * (1 + X_SC.x.cwiseAbs().maxCoeff());
 }
 
 void add_surface_half_space(const Collider& collider, const Collider& half_space, double margin,

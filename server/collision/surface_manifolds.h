@@ -14,7 +14,12 @@ namespace cradle {
 void add_surface_manifolds(const Collider& surface, const Collider& convex, double margin,
                            std::uint64_t part, std::vector<Manifold>& manifolds);
 
-/// Likewise the vertices of a mesh that are in a half-space.
+/// m. A pair that `add_surface_manifolds` found nothing for is at least so far apart, as its boxes
+/// tell, and comes no nearer in any other way than by closing that gap. It looks some way beyond
+/// the margin.
+double surface_gap(const Collider& surface, const Collider& convex, double margin);
+
+/// Like `add_surface_manifolds`, the vertices of a mesh that are in a half-space.
 void add_surface_half_space(const Collider& surface, const Collider& half_space, double margin,
                             std::uint64_t part, std::vector<Manifold>& manifolds);
 

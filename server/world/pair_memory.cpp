@@ -55,6 +55,12 @@ bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, doubl
   return true;
 }
 
+bool PairMemory::is_apart(std::size_t k, double path, double margin) {
+  KeptPair& pair = pairs_[k];
+  pair.is_held = pair.place < 0 && path + margin < pair.until_m;
+  return pair.is_held != 0;
+}
+
 void PairMemory::expect(std::size_t k) const {
   if (pairs_[k].place < 0 || pairs_[k].count == 0) return;
   const auto& manifold = manifolds_[static_cast<std::size_t>(pairs_[k].place)];

@@ -38,6 +38,14 @@ class PairMemory {
   /// body, m. Pairs may be asked side by side.
   bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path, double reach,
               double margin, Manifold& manifold);
+  /// Likewise of a pair with a mesh or a height field, which is not worth keeping: whether it is
+  /// still certain that nothing is within the margin.
+  bool is_apart(std::size_t k, double path, double margin);
+  /// It is not, but nothing was found: the two are at least so far apart, m.
+  void keep_apart(std::size_t k, double path, double distance) {
+    pairs_[k].until_m = path + distance;
+  }
+
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
   bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }

@@ -188,8 +188,13 @@ void World::Steps::collide(State& s, Executor& executor) {
     for (int k = begin; k < end; ++k) {
       CompositePair& composite = s.composites[index(k)];
       const BodyPair& pair = s.pairs[composite.pair];
-      add_manifolds(s.collider(index(pair.a)), s.collider(index(pair.b)), s.margin(pair),
-                    composite.manifolds, s.methods());
+      const double path = s.paths[index(pair.a)] + s.paths[index(pair.b)], margin = s.margin(pair);
+      const bool remembers = !s.settings.is_planar;
+      if (remembers && s.memory.is_apart(composite.pair, path, margin)) continue;
+      const Collider A = s.collider(index(pair.a)), B = s.collider(index(pair.b));
+      add_manifolds(A, B, margin, composite.manifolds, s.methods());
+      if (!remembers || !composite.manifolds.empty()) continue;
+      s.memory.keep_apart(composite.pair, path, least_distance(A, B, margin));
     }
   });
 }

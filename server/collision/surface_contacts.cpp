@@ -123,11 +123,9 @@ struct SurfaceContactFinder::Over {
   std::array<Vector, 3> inward;  ///< unit
   std::array<bool, 3> is_active_edge;
 
-  Over(const SurfaceView& surface, const SurfaceTriangle& triangle) : t(triangle) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      inward[k] = t.normal.cross(t.edge(k));
-      is_active_edge[k] = is_active(surface.edge_kind(t, k));
-    }
+  Over(const SurfaceTriangle& triangle, const std::array<bool, 3>& is_active)
+      : t(triangle), is_active_edge(is_active) {
+    for (std::size_t k = 0; k < 3; ++k) inward[k] = t.normal.cross(t.edge(k));
   }
   double height(const Vector& p) const { return t.normal.dot(p - t.corners[0]); }
   double inside(std::size_t k, const Vector& p) const { return inward[k].dot(p - t.corners[k]); }
@@ -164,8 +162,8 @@ SurfaceContactFinder::SurfaceContactFinder(const SurfaceView& surface, const Col
 
 /// Farther than the margin, for a face of C's box parts it from C: most that a search would look
 /// at.
-bool SurfaceContactFinder::is_beyond_box(const SurfaceTriangle& t) const {
-  const auto [a, b, c] = seen_from_C(t);
+bool SurfaceContactFinder::is_beyond_box(const std::array<Vector, 3>& seen) const {
+  const auto& [a, b, c] = seen;
   return (a.cwiseMin(b).cwiseMin(c).array() > reach_.upper.array()).any() ||
          (a.cwiseMax(b).cwiseMax(c).array() < reach_.lower.array()).any();
 }
@@ -179,10 +177,17 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
   add_parting(t.normal, t.corners[0], s_core - shape_.radius);
   if (!(s_core - shape_.radius <= margin_)) return;
 
-  const Over over(surface_, t);
+  const auto is_felt = [&](std::size_t k) { return is_active(surface_.edge_kind(t, k)); };
+  const std::array<bool, 3> active = {is_felt(0), is_felt(1), is_felt(2)};
+  const bool has_active = active[0] || active[1] || active[2];
+  std::array<Vector, 3> seen;
+  if (has_active) {
+    seen = seen_from_C(t);
+    if (is_beyond_box(seen)) return;
+  }
+  const Over over(t, active);
   const bool is_over = over.inside(a) >= -seam_;
   const bool is_front = over.height(centre_) > 0;
-  const bool has_active = over.has_active_edges();
   if (!has_active || (is_over && over.inside_active(a) >= std::max(0.0, -s_core))) {
     const std::size_t begin = contacts_.size();
     if (is_front) {
@@ -193,9 +198,8 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
     came_from_behind_ = came_from_behind_ || is_over || over.inside(centre_) >= 0;
     return;
   }
-  if (is_beyond_box(t)) return;
   double least = -kInfinity;
-  switch (add_nearest(t, over, least)) {
+  switch (add_nearest(t, seen, over, least)) {
     case Nearest::beyond:
     case Nearest::face:
       return;

@@ -80,7 +80,7 @@ class SurfaceContactFinder {
     const auto seen = [&](std::size_t k) { return Vector(T * (t.corners[k] - X_SC_.x)); };
     return {seen(0), seen(1), seen(2)};
   }
-  bool is_beyond_box(const SurfaceTriangle& t) const;
+  bool is_beyond_box(const std::array<Vector, 3>& seen) const;
   SupportFeature part_towards(const Vector& n) const;
   void add_sphere(const SurfaceTriangle& t);
   void add_face_points(const SurfaceTriangle& t, const Over& over, bool corners_only, double least);
@@ -88,7 +88,8 @@ class SurfaceContactFinder {
   struct Touch;
   void add_face_of_least(const SurfaceTriangle& t, const Over& over, const Touch& touch);
   bool add_edge_or_vertex(const SurfaceTriangle& t, Touch& touch);
-  Nearest add_nearest(const SurfaceTriangle& t, const Over& over, double& least);
+  Nearest add_nearest(const SurfaceTriangle& t, const std::array<Vector, 3>& seen, const Over& over,
+                      double& least);
   void add_point(const SurfaceTriangle& t, const Vector& normal, const Vector& p, double separation,
                  std::uint32_t name) {
     if (separation <= margin_) contacts_.push_back({normal, p, separation, name, t.number});

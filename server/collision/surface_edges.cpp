@@ -183,8 +183,9 @@ struct SurfaceContactFinder::Touch {
       : found(least),
         part(support_feature(pair.A, found.n, hints.A)),
         top(top_of(t, -(R * found.n))) {
+    const Vector n = found.n;
     settle(pair, R, t, hints);
-    top = top_of(t, normal);
+    if (found.n != n) top = top_of(t, normal);
   }
 
   /// In the wedge at the edge `k`, which touches.
@@ -272,9 +273,10 @@ bool SurfaceContactFinder::add_edge_or_vertex(const SurfaceTriangle& t, Touch& t
 /// If something of the triangle is nearest that can be felt, adds it, and sets `least` to the
 /// separation.
 SurfaceContactFinder::Nearest SurfaceContactFinder::add_nearest(const SurfaceTriangle& t,
+                                                                const std::array<Vector, 3>& seen,
                                                                 const Over& over, double& least) {
   const double limit = margin_ + shape_.radius;
-  const std::optional<LeastOverlap> quick = triangle_overlap(shape_, seen_from_C(t), limit);
+  const std::optional<LeastOverlap> quick = triangle_overlap(shape_, seen, limit);
   if (quick && !quick->is_within_limit) return Nearest::beyond;
   const ConvexShape flat(t);
   const Pose in_S;

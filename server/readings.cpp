@@ -123,6 +123,11 @@ void write_world(Page& page, const Readings& r) {
   page.counter("cradle_islands_makeshift_total",
                "Times that a contact solver other than soft had to solve an island by a makeshift.",
                r.islands_makeshift);
+  page.gauge("cradle_islands_at_rest",
+             "Groups of bodies for which the contact solver hybrid had nothing to solve.",
+             r.last_step.islands_at_rest);
+  page.gauge("cradle_islands_by_newton", "Likewise, that Newton's method moved.",
+             r.last_step.islands_by_newton);
   page.counter("cradle_steps_unsolved_total",
                "Steps of bodies whose implicit scheme did not solve its equations.",
                r.steps_unsolved);

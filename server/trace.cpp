@@ -119,6 +119,8 @@ std::string to_json(const Summary& s) {
   json.add("sub_steps_max", s.sub_steps_max);
   json.add("sag_expected_m", s.last_step.sag_expected_m);
   json.add("islands_makeshift", s.islands_makeshift);
+  json.add("islands_at_rest", s.last_step.islands_at_rest);
+  json.add("islands_by_newton", s.last_step.islands_by_newton);
   json.add("impacts", s.impacts);
   json.add("impacts_ordered", s.impacts_ordered);
   json.add("impacts_spent", s.impacts_spent);

@@ -46,6 +46,7 @@ void BodyTable::append(std::int64_t new_id, const BodySpec& spec,
   still_x.push_back(x.back());
   still_q.push_back(q.back());
   sway.emplace_back();
+  poise.emplace_back();
 }
 
 void BodyTable::remove(const std::vector<std::uint8_t>& is_removed) {

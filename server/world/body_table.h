@@ -68,6 +68,7 @@ struct BodyTable {
   std::vector<Vector> still_x;  ///< where it has been still
   std::vector<Rotation> still_q;
   std::vector<Sway> sway;
+  std::vector<Poise> poise;
 
   std::size_t size() const { return id.size(); }
 
@@ -100,6 +101,7 @@ struct BodyTable {
     f("still_x", still_x);
     f("still_q", still_q);
     f("sway", sway);
+    f("poise", poise);
   }
 
   /// Where the body is, if it exists.

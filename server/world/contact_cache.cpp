@@ -41,6 +41,8 @@ void ContactCache::Reader::restore(ContactConstraint& c) {
     p->force = e->force;
     p->press = e->press;
     p->K_normal = e->K_normal;
+    p->rest_m = e->rest_m;
+    p->rest_load = e->rest_load;
     p->force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
   }
   if (gone > 0 && found < c.count) hand_on(c, entry_);
@@ -100,12 +102,12 @@ void ContactCache::store(std::span<const std::int64_t> ids,
   for (const ContactConstraint& c : constraints) {
     for (const ConstraintPoint& p : c.used()) {
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          c.part, p.feature, p.force, p.press, p.K_normal,
+                          c.part, p.feature, p.force, p.press, p.K_normal, p.rest_m, p.rest_load,
                           p.force_t.x() * c.t1 + p.force_t.y() * c.t2, p.rA});
     }
     if (c.turns_heavily()) {
       entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          c.part, kTurningFeature, 0, 0, 0, c.torque, Vector::Zero()});
+                          c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()});
     }
   }
 }

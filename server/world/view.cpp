@@ -57,7 +57,8 @@ BodyArrays World::State::arrays() {
           loads.torque_W,
           axial_shares,
           bodies.x_rest,
-          bodies.sway};
+          bodies.sway,
+          bodies.poise};
 }
 
 FlightArrays World::State::flight_arrays() {

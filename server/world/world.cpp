@@ -318,6 +318,9 @@ StepReport World::Steps::report(const State& s) {
   report.pairs = static_cast<std::int64_t>(s.pairs.size());
   report.sub_steps_max = s.solved.sub_steps_max;
   report.islands_makeshift = s.solved.islands_makeshift;
+  report.islands_at_rest = s.solved.islands_at_rest;
+  report.islands_by_newton = s.solved.islands_by_newton;
+  report.islands_taken_over = s.solved.islands_taken_over;
   report.sag_expected_m = s.solved.sag_max_m;
   const ContactResidual& residual = s.solved.residual;
   report.residual_mps = residual.most.natural_mps;

@@ -59,6 +59,9 @@ struct StepReport {
   std::int64_t pairs = 0;     ///< of bodies, that were looked at for contacts
   int sub_steps_max = 0;      ///< of an island
   int islands_makeshift = 0;  ///< not of "soft": ContactReport::islands_makeshift
+  int islands_at_rest = 0;    ///< of "hybrid", as ContactReport has them
+  int islands_by_newton = 0;
+  int islands_taken_over = 0;
   double sag_expected_m = 0;  ///< how far the most loaded contact sinks in, where bodies rest
   /// How far contact impulses are from the laws of contact at the tick's end, the worst point of
   /// each: contact_balance.h has the definitions.

@@ -45,7 +45,7 @@ TEST_CASE("the settings of the world are read") {
   CHECK(scene.settings.gravity_W == Vec3{1, 2.5, -3});
   CHECK(scene.settings.solver == "soft");
   CHECK(scene.settings.broad_phase == "fcl");
-  for (const std::string solver : {"newton", "accurate", "lcp", "impulse", "penalty"}) {
+  for (const std::string solver : {"newton", "accurate", "hybrid", "lcp", "impulse", "penalty"}) {
     CHECK(scene_of("[world]\nsolver = '" + solver + "'\n").settings.solver == solver);
   }
 }

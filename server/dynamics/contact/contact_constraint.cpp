@@ -57,7 +57,7 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   const Vector aside = to_undeformed(c, manifold);
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
-    p.lambda = p.force = p.press = p.K_normal = 0;
+    p.lambda = p.force = p.press = p.K_normal = p.rest_m = p.rest_load = 0;
     p.lambda_t = p.force_t = Eigen::Vector2d::Zero();
     p.rA = manifold.points[i].p_W - place_A.x + aside;
     p.rB = manifold.points[i].p_W - place_B.x + aside;

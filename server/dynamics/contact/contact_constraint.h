@@ -22,6 +22,16 @@ struct Sway {
   double bodies = 0;     ///< in it; 0: nothing is remembered
 };
 
+/// Which method moved a body's group in the last tick in which it was in contact, of those that
+/// "hybrid" chooses from; and what it remembers of attempts: newton/hand_over.h.
+struct Poise {
+  enum Method : std::int32_t { none, soft, newton };
+  Method method = none;
+  std::int32_t cool = 0;       ///< ticks until the next attempt
+  std::int32_t fails = 0;      ///< attempts in vain since it last moved fast
+  std::int32_t sub_steps = 1;  ///< of the soft step, when it was last moved by that
+};
+
 /// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.
 struct BodyArrays {
   std::span<Vector> x;                      ///< m, in W
@@ -38,8 +48,9 @@ struct BodyArrays {
   /// across it; else 0. Empty: all 0.
   std::span<const double> axial_share = {};
   std::span<Vector> x_rest =
-      {};                     ///< m: what rounding has left out of x, for the next tick. Or empty
-  std::span<Sway> sway = {};  ///< empty: nothing comes to rest before its velocities are 0
+      {};                       ///< m: what rounding has left out of x, for the next tick. Or empty
+  std::span<Sway> sway = {};    ///< empty: nothing comes to rest before its velocities are 0
+  std::span<Poise> poise = {};  ///< empty: nothing is remembered
 };
 
 struct ConstraintPoint {
@@ -54,6 +65,12 @@ struct ConstraintPoint {
   Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
   double press = 0;  ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
   std::uint32_t feature = 0;  ///< as in the manifold
+  /// Where it is at rest under the load `rest_load`, whatever the method: newton/hand_over.h.
+  double rest_m = 0;
+  double rest_load = 0;  ///< m/s^2, as `press`
+
+  /// m, as the method sees it that lets a load of 1 m/s^2 sink in by `give`, s^2.
+  double gap(double give) const { return s0 - rest_m - give * rest_load; }
 };
 
 struct ContactConstraint {

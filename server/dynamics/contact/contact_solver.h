@@ -46,12 +46,15 @@ struct ContactReport {
   std::int64_t body_sub_steps = 0;  ///< bodies, each times its sub-steps
   int impacts_ordered = 0;          ///< sets too large to be solved at once: in their order
   /// That a method beside "soft" solved by a makeshift: "newton" by soft steps or to less
-  /// than it asks for, and "accurate", too; "lcp" by sweeps, as
-  /// too large for pivots or because they found nothing; "impulse" by sweeps that ran out;
-  /// "penalty" with softer springs than asked for.
+  /// than it asks for, and "accurate", too; "hybrid" by soft steps after a vain attempt; "lcp" by
+  /// sweeps, as too large for pivots or because they found nothing; "impulse" by sweeps that ran
+  /// out; "penalty" with softer springs than asked for.
   int islands_makeshift = 0;
-  double paid_J = 0;     ///< by what bounces, for overlaps that were pushed out
-  double sag_max_m = 0;  ///< expected of loads that last, at these sub-steps
+  int islands_at_rest = 0;     ///< of "hybrid": nothing was to be solved
+  int islands_by_newton = 0;   ///< likewise: with iterations
+  int islands_taken_over = 0;  ///< of both: from the soft step, in this tick
+  double paid_J = 0;           ///< by what bounces, for overlaps that were pushed out
+  double sag_max_m = 0;        ///< expected of loads that last, at these sub-steps
   std::array<SubStepChoice, kSubStepChoices> choices;  ///< the first `choices_used`
   std::size_t choices_used = 0;
   ContactResidual residual;  ///< after the last sub-step

@@ -20,8 +20,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/dynamics/contact/softness.h"
-
 namespace cradle {
 namespace {
 
@@ -55,13 +53,13 @@ bool is_still(const BodyArrays& bodies, std::size_t i) {
   return bodies.v[i].isZero(0) && bodies.w[i].isZero(0);
 }
 
-/// Whether it may be at rest, but for the balance of its bodies. `h2`: sag by acceleration, s^2.
-bool may_rest(const ContactConstraint& c, double h2) {
+/// Whether it may be at rest, but for the balance of its bodies. `give`: sag by acceleration, s^2.
+bool may_rest(const ContactConstraint& c, double give) {
   constexpr double kSlack = 1 + kTolerances.balance;
   double normal = 0;
   bool may = !c.is_ahead;
   for (const ConstraintPoint& p : c.used()) {
-    const double gap = p.s0 + h2 * p.force * p.K_normal;
+    const double gap = p.gap(give) + give * p.force * p.K_normal;
     normal += p.force;
     may &= p.force > 0 ? std::abs(gap) <= kTolerances.sag_m : gap >= -kTolerances.sag_m;
     may &= p.force_t.norm() <= kSlack * c.friction * p.force;
@@ -110,9 +108,9 @@ void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
   for (const ContactConstraint& c : constraints) {
     const std::size_t island = groups.of(c);
     if (rests_[island] == 0) continue;
-    const double h = tick.dt / (groups.sub_steps[island] * c.stiffness * contact_angle());
+    const double give = groups.give[island] / (c.stiffness * c.stiffness);
     const bool is_driven = !is_still(bodies, index(c.a)) || !is_still(bodies, index(c.b));
-    if (is_driven || !may_rest(c, h * h)) rests_[island] = 0;
+    if (is_driven || !may_rest(c, give)) rests_[island] = 0;
     add_contact(c, groups);
   }
   weigh(tick, bodies, inverse_inertia_W, groups);

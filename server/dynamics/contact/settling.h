@@ -21,7 +21,9 @@ namespace cradle {
 struct Grouping {
   const Islands& islands;
   std::span<const std::int32_t> number;  ///< by slot: which of `tick.moving`, or -1
-  std::span<const int> sub_steps;        ///< by group: what its loads ask for
+  /// s^2, by group: a contact of stiffness 1 sinks in by so much of the acceleration that its load
+  /// would give it.
+  std::span<const double> give;
 
   std::size_t count() const { return islands.count(); }
   std::size_t of(std::size_t moving) const { return islands.of(static_cast<std::int32_t>(moving)); }

@@ -158,7 +158,7 @@ class SoftStep final : public ContactSolver {
     }
   }
 
-  Grouping grouping() const { return {islands_, islands_.numbers(), sub_steps_}; }
+  Grouping grouping() const { return {islands_, islands_.numbers(), gives_}; }
 
   /// Groups that stay as they are; and those that may come to rest, because nobody drives them.
   void find_resting(const ContactTick& tick, const BodyArrays& arrays,
@@ -259,6 +259,8 @@ class SoftStep final : public ContactSolver {
       }
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
+    gives_.resize(islands_.count());
+    for (std::size_t i = 0; i < gives_.size(); ++i) gives_[i] = give_of(sub_steps_[i], tick.dt);
   }
 
   void advance_islands_with(int n, Past past, ContactTick tick, const BodyArrays& arrays,
@@ -277,6 +279,7 @@ class SoftStep final : public ContactSolver {
       const std::size_t island = islands_.of(static_cast<std::int32_t>(k));
       if (!is_meant(island)) continue;
       moving_.push_back(tick.moving[k]);
+      if (!arrays.poise.empty()) arrays.poise[index(tick.moving[k])].sub_steps = n;
       island_of_moving_.push_back(static_cast<std::int32_t>(island));
       const bool rests = sizes_[island] > 1 && ways_[island] == 0;
       resting_.push_back(rests && is_slow(tick, arrays, tick.moving[k]) ? 1 : 0);
@@ -290,11 +293,13 @@ class SoftStep final : public ContactSolver {
     tick.islands = island_of_moving_;
     tick.islands_count = islands_.count();
     tick.resting = resting_;
+    const double give = give_of(n, tick.dt);
     if (past != Past::rests) {
+      set_gaps(give);
       batch_.advance(tick, arrays, inverse_inertia_W, chosen_, past);
+      reset_gaps();
       add_batch(n);
     }
-    const double h = tick.dt / (n * contact_angle());
     SubStepChoice& choice = choice_of(n);
     choice.islands += islands;
     choice.bodies += static_cast<int>(moving_.size());
@@ -303,10 +308,25 @@ class SoftStep final : public ContactSolver {
         if (past != Past::rests) p.press = press_after(p);
         const double now = past != Past::rests ? p.force * p.K_normal : p.press;
         choice.sag_m =
-            std::max(choice.sag_m, h * h * std::min(p.press, now) / (c->stiffness * c->stiffness));
+            std::max(choice.sag_m, give * std::min(p.press, now) / (c->stiffness * c->stiffness));
       }
     }
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
+  }
+
+  /// What has been at rest elsewhere than the surfaces touch is so for the sub-steps, too.
+  void set_gaps(double give) {
+    for (ContactConstraint* c : chosen_) {
+      for (ConstraintPoint& p : c->used()) {
+        if (p.rest_m == 0 && p.rest_load == 0) continue;
+        moved_.push_back({&p.s0, p.s0});
+        p.s0 = p.s = p.gap(give / (c->stiffness * c->stiffness));
+      }
+    }
+  }
+  void reset_gaps() {
+    for (const auto& [s0, was] : moved_) *s0 = was;
+    moved_.clear();
   }
 
   void add_batch(int n) {
@@ -354,6 +374,11 @@ class SoftStep final : public ContactSolver {
   std::vector<int> excess_;     // of deep contacts over others, by island
   std::vector<int> sizes_;      // bodies, by island
   std::vector<int> sub_steps_;  // by island
+  std::vector<double> gives_;   // s^2, by island
+  struct MovedGap {
+    double *s0, was;
+  };
+  std::vector<MovedGap> moved_;
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise

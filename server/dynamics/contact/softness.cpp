@@ -16,6 +16,11 @@ constexpr SoftnessTolerances kTolerances;
 
 double contact_angle() { return 2 * std::numbers::pi * kTolerances.frequency; }
 
+double give_of(int sub_steps, double dt) {
+  const double h = dt / (sub_steps * contact_angle());
+  return h * h;
+}
+
 Softness softness_of(double stiffness, double h) {
   const double omega = stiffness * contact_angle() / h;
   const double a1 = 2 * kTolerances.damping_ratio + h * omega;

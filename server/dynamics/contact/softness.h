@@ -20,5 +20,7 @@ Softness softness_of(double stiffness, double h);
 /// 2 pi c: a contact of stiffness 1 under a load that gives its effective mass the acceleration a
 /// sinks in by a (h / contact_angle())^2.
 double contact_angle();
+/// s^2: by so much of that, with so many sub-steps in a tick.
+double give_of(int sub_steps, double dt);
 
 }  // namespace cradle

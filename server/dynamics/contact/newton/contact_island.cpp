@@ -42,7 +42,8 @@ Vector wanted(const ContactIsland::Point& point, const Vector& u) {
 
 void ContactIsland::begin(const BodyLines& bodies, const BodyArrays& arrays,
                           std::span<const std::int32_t> slots,
-                          std::span<ContactConstraint* const> constraints) {
+                          std::span<ContactConstraint* const> constraints, bool is_flat) {
+  is_flat_ = is_flat;
   bodies_.clear();
   manifolds_.clear();
   points_.clear();
@@ -111,13 +112,14 @@ void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) 
     Point& point = points_.emplace_back();
     point.p = &p;
     point.rho = m.frame * (p.rA - arm_A);
+    if (is_flat_) point.rho.x() = 0;
     const Vector twist(0, point.rho.z(), -point.rho.y());  // of a unit along n: rho x n
     const auto yields = [&](const Side& side) {
       const Vector w = side.lever.row(0).transpose() + side.turn.transpose() * twist;
       return side.share * side.share + w.squaredNorm();
     };
     point.K = yields(m.A) + yields(m.B);
-    p.K_normal = point.K;
+    point.gap = p.s0;
   }
 }
 
@@ -129,6 +131,11 @@ void ContactIsland::store(const Eigen::VectorXd& x, std::span<BodyLine> lines) c
     linear(line) = x.segment<3>(at) / body.root_mass;
     if (body.turns) angular(line) = body.S * x.segment<3>(at + 3);
   }
+}
+
+double ContactIsland::speed(const Eigen::VectorXd& x, std::size_t k) const {
+  const auto at = static_cast<Eigen::Index>(6 * k);
+  return (x.segment<3>(at).norm() + x.segment<3>(at + 3).norm()) / bodies_[k].root_mass;
 }
 
 ContactIsland::Twist ContactIsland::twist(const Manifold& m, const Eigen::VectorXd& x) const {
@@ -209,7 +216,7 @@ double ContactIsland::slope_of_contacts(double part) const {
 namespace {
 
 bool is_cold_contact(const ContactIsland::Point& point) {
-  return point.p->s0 < kNear_m && point.u.x() < point.target - point.slip + kSlow_mps;
+  return point.gap < kNear_m && point.u.x() < point.target - point.slip + kSlow_mps;
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ class ContactIsland {
     ConstraintPoint* p = nullptr;
     Vector rho;                    ///< m, in the frame n, t1, t2, from the manifold's centre
     double K = 0;                  ///< 1/kg, along n
+    double gap = 0;                ///< m: ConstraintPoint::gap
     double R = 0;                  ///< 1/kg: what it yields by
     double target = 0;             ///< m/s: un is to be no less
     double slip = 0;               ///< m/s: mu |ut| as it was taken to be
@@ -26,8 +27,9 @@ class ContactIsland {
   };
 
   /// The bodies of these slots, with the velocities that they have after loads.
+  /// `is_flat`: a manifold's points act in one plane, as in the soft step (contact_method.h).
   void begin(const BodyLines& bodies, const BodyArrays& arrays, std::span<const std::int32_t> slots,
-             std::span<ContactConstraint* const> constraints);
+             std::span<ContactConstraint* const> constraints, bool is_flat);
 
   std::size_t bodies() const { return bodies_.size(); }
   Eigen::Index unknowns() const { return static_cast<Eigen::Index>(6 * bodies()); }
@@ -47,6 +49,9 @@ class ContactIsland {
   const Eigen::VectorXd& free() const { return free_; }
   /// Velocities of the unknowns, for the line of a body.
   void store(const Eigen::VectorXd& x, std::span<BodyLine> lines) const;
+
+  /// m/s, of the k-th body: its v, and its w by its radius of gyration.
+  double speed(const Eigen::VectorXd& x, std::size_t k) const;
 
   /// R of all points by their K.
   void set_yield(double R);
@@ -97,6 +102,7 @@ class ContactIsland {
   bool acts(const Manifold& m, bool is_cold) const;
   BlockCholesky::Block stiffness(const Manifold& m, bool is_cold) const;
 
+  bool is_flat_ = false;
   std::vector<Body> bodies_;
   std::vector<std::int32_t> number_;  // by line: of the island's bodies
   std::vector<Manifold> manifolds_;

@@ -39,22 +39,17 @@ constexpr int kRounds = 10;  ///< of "accurate": what rests takes one or two
 constexpr double kSofter[] = {1e-2, 1e-3, 1e-4};  ///< R by K, where contacts slide
 constexpr int kIterations = 50;
 constexpr int kRoundsSliding = 100;
+/// Of the velocity that loads give: rounding of places makes 1e-11 of it (a pyramid of 820 cubes).
+constexpr double kStill = 1e-9;
+
 constexpr double kTaken = 1e-2;  ///< natural map that is taken, though it is not what is asked for
 
 }  // namespace
 
 bool IslandSolver::solve(const BodyLines& bodies, const BodyArrays& arrays, Island& island,
                          double dt) {
-  of_ = &island;
-  dt_ = dt;
-  is_exact_ = true;
-  contacts_.begin(bodies, arrays, island.slots, island.constraints);
-  x_ = way_ = contacts_.free();
+  begin(bodies, arrays, island, dt);
   if (island.constraints.empty()) return true;
-  set_targets(bodies);
-  tolerance_ = settings_.tolerance;
-  scale_ = scale();
-  start();
   if (!find()) return false;
   way_ = x_;
   if (!is_pushed()) return true;
@@ -62,6 +57,39 @@ bool IslandSolver::solve(const BodyLines& bodies, const BodyArrays& arrays, Isla
   x_ = contacts_.before();
   contacts_.look(x_);
   return find();
+}
+
+void IslandSolver::begin(const BodyLines& bodies, const BodyArrays& arrays, Island& island,
+                         double dt) {
+  of_ = &island;
+  dt_ = dt;
+  is_exact_ = true;
+  is_still_ = false;
+  iterations_ = 0;
+  contacts_.begin(bodies, arrays, island.slots, island.constraints, settings_.is_flat);
+  x_ = way_ = contacts_.free();
+  if (island.constraints.empty()) return;
+  set_targets(bodies);
+  tolerance_ = settings_.tolerance;
+  scale_ = scale();
+  contacts_.set_yield(settings_.yield);
+  start();
+}
+
+bool IslandSolver::solve_at_rest(const BodyLines& bodies, const BodyArrays& arrays, Island& island,
+                                 double dt, int iterations_max) {
+  begin(bodies, arrays, island, dt);
+  for (int k = 0; k <= kSlips; ++k) {
+    if (!minimise(iterations_max - iterations_)) return false;
+    if (slip_error() <= kSlipEnough_mps) {
+      is_still_ = x_.norm() <= kStill * scale_;
+      if (is_still_) x_.setZero();
+      way_ = x_;
+      return !is_pushed();
+    }
+    update_slip();
+  }
+  return false;
 }
 
 void IslandSolver::store(std::span<BodyLine> ways, std::span<BodyLine> ends) const {
@@ -76,6 +104,7 @@ void IslandSolver::keep(ContactResidual& residual) {
     p.lambda_t = point.g.tail<2>();
     p.force = p.lambda / dt_;
     p.force_t = p.lambda_t / dt_;
+    p.K_normal = point.K;
     p.press = p.force * p.K_normal;
     residual.add(point.K, c.friction, point.g, point.u - Vector(point.target, 0, 0));
   });
@@ -85,7 +114,7 @@ void IslandSolver::set_targets(const BodyLines& bodies) {
   contacts_.look(contacts_.before());
   bool bounces = false;
   contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint& c) {
-    const double s = point.p->s0;
+    const double s = point.gap = point.p->gap(dt_ * dt_ * settings_.yield);
     point.target = s > 0 ? -s / dt_ : std::min(-s / dt_, kPush_mps);
     const bool carries = point.p->force > 0;
     point.slip = carries ? c.friction * point.u.tail<2>().norm() : 0;
@@ -133,7 +162,10 @@ void IslandSolver::start() {
 }
 
 bool IslandSolver::minimise(int iterations_max) {
-  return minimiser_.minimise(contacts_, of_->H, x_, {tolerance_, scale_, iterations_max}).is_found;
+  const Minimum minimum =
+      minimiser_.minimise(contacts_, of_->H, x_, {tolerance_, scale_, iterations_max});
+  iterations_ += minimum.iterations;
+  return minimum.is_found;
 }
 
 bool IslandSolver::find() {
@@ -224,15 +256,15 @@ double IslandSolver::slip_error() {
 
 bool IslandSolver::is_pushed() const {
   return std::ranges::any_of(contacts_.points(), [](const ContactIsland::Point& point) {
-    return point.target > kPushes_mps && point.p->s0 < 0 && point.g.x() > 0;
+    return point.target > kPushes_mps && point.gap < 0 && point.g.x() > 0;
   });
 }
 
 /// But bounces stay.
 void IslandSolver::stop_pushing() {
   contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint&) {
-    const bool bounces = point.target > -point.p->s0 / dt_;
-    if (point.p->s0 < 0 && !bounces) point.target = 0;
+    const bool bounces = point.target > -point.gap / dt_;
+    if (point.gap < 0 && !bounces) point.target = 0;
   });
 }
 

@@ -19,11 +19,16 @@ struct IslandSettings {
   double natural_map;          ///< relative, that what slides may have
   bool is_always_exact;        ///< and what rests, too
   std::size_t bodies_sliding;  ///< of an island; larger ones that slide are not tried
+  bool is_flat = false;        ///< see ContactIsland
 };
 /// The tolerance: rounding of places makes 4e-6 of it (T3). The natural map: with 1e-4 or 1e-6 what
 /// it leaves keeps a tower that was dropped from coming to rest ("ten tonnes"). Beyond 64 bodies
-/// that slide the soft step is a hundred times as fast.
+/// that slide the soft step is a hundred times as fast. "hybrid" takes rounding away (hand_over.h)
+/// and asks for what lets each body of an island of thousands rest (settling.cpp); its points act
+/// as they do in soft steps, or a load would not be the same after a hand-over (a pyramid, out of
+/// place).
 inline constexpr IslandSettings kNewton{1e-7, 1e-5, 1e-8, false, 64};
+inline constexpr IslandSettings kHybrid{1e-7, 1e-6, 1e-8, false, 0, true};
 inline constexpr IslandSettings kAccurate{1e-6, 1e-9, 1e-8, true, 1000};
 
 /// Keeps its memory from island to island.
@@ -34,7 +39,17 @@ class IslandSolver {
   /// Bodies have their velocities after loads. False where it finds none; then nothing has changed.
   bool solve(const BodyLines& bodies, const BodyArrays& arrays, Island& island, double dt);
 
+  /// Likewise, within so many iterations, of what does not part and hardly slides: "hybrid".
+  bool solve_at_rest(const BodyLines& bodies, const BodyArrays& arrays, Island& island, double dt,
+                     int iterations_max);
+
   // Of the last island that was solved.
+
+  /// Of its k-th body.
+  double speed_mps(std::size_t k) const { return contacts_.speed(x_, k); }
+  int iterations() const { return iterations_; }
+  /// It moves by no more than rounding makes; then it does not move at all.
+  bool is_still() const { return is_still_; }
 
   /// By line: velocities that move places, and those at the tick's end.
   void store(std::span<BodyLine> ways, std::span<BodyLine> ends) const;
@@ -44,6 +59,7 @@ class IslandSolver {
   bool is_exact() const { return is_exact_; }
 
  private:
+  void begin(const BodyLines& bodies, const BodyArrays& arrays, Island& island, double dt);
   void set_targets(const BodyLines& bodies);
   void set_bounces(const BodyLines& bodies);
   double scale() const;
@@ -66,7 +82,8 @@ class IslandSolver {
   IslandSettings settings_;
   double tolerance_ = 0, scale_ = 0;
   Eigen::VectorXd x_, way_;
-  bool is_exact_ = true;
+  bool is_exact_ = true, is_still_ = false;
+  int iterations_ = 0;
   Eigen::VectorXd best_;
   std::vector<ContactIsland::Point> best_points_;
   double best_residual_ = 0;

@@ -1,0 +1,240 @@
+// The choice of a method by island and tick, and how a load goes from one to the other.
+//
+// A contact of the soft step sinks in under its load by as much as its spring asks for, one of
+// Newton's method by a ten thousandth of that. So a point remembers at which gap it rests, rest_m,
+// and under which load, rest_load (m/s^2: of a force F on its effective mass, K F). Both methods
+// see the gap
+//   s - rest_m - give rest_load,  give: what a load of 1 m/s^2 sinks in by; s^2
+//   soft step: give = (h / 2 pi c k)^2 (softness.h);  Newton: give = dt^2 R / K (contact_island.h)
+// At s = rest_m either answers with that load, whatever the number of sub-steps. On a hand-over, in
+// both directions, rest_m = s and rest_load = K F; then nothing changes until a point is without a
+// load, or slides fast. But soft steps push out what has come to be deeper than the contact
+// tolerance, by loads that came one after the other. So it is where Newton's method finds no motion
+// any more: from there on the rounding of places, 1e-15 m, makes no load.
+//
+// An island is given to Newton's method
+//   first: if its bodies are new and something touches already: what falls does not rest;
+//   keeps: if it was so in the tick before;
+//   takes over: if nothing in it moves, since the soft step has ended its sway at the peak
+//     (settling.h), and nothing is still being pushed out; what slides or rolls on slowly has no
+//     such peak, and is not stopped;
+// and if nothing is struck, and nothing slides away.
+// Attempts in vain make it wait, for 10, 20, 40... 320 ticks.
+// Where we differ from the prototype that this is after: that took over what was slower than 1 cm/s
+// for ten ticks, and took away its velocities.
+//
+// Order: exact. Cost: 15 ns a body and a contact.
+#include "server/dynamics/contact/newton/hand_over.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/dynamics/contact/softness.h"
+
+namespace cradle {
+namespace {
+
+/// Each with unit, reason, and the test that pins it.
+struct HandOverTolerances {
+  /// m/s: what moves faster is left to soft steps, whose positions are of second order ("what
+  /// begins to slide"), also where it is struck ("what strikes a stack").
+  double slow_mps = 0.01;
+  double hit_mps =
+      0.1;  ///< likewise, before the tick: it may be set down in it ("loads that grow")
+  /// A point that slides so fast is not where it rested, and nobody sees that it gives way;
+  /// attempts in vain before that say nothing ("what strikes a stack").
+  double fast_mps = 0.3;
+  /// m: new bodies farther apart are to fall first ("what begins to slide or fall").
+  double touch_m = 1e-6;
+  /// Of the contact tolerance: deeper than its sag is what soft steps are still pushing out, with
+  /// no velocity ("an overlap is pushed out").
+  double excess = 0.25;
+  int wait_ticks = 10, wait_ticks_max = 320;  ///< after an attempt in vain
+};
+constexpr HandOverTolerances kTolerances;
+
+/// Iterations: at rest none, or one; more than these, and the soft step is as fast.
+constexpr int kKeeping = 5, kTakingOver = 20;
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+double gyration(const BodyArrays& bodies, std::size_t i) {
+  return std::sqrt(bodies.inertia[i].maxCoeff() * bodies.inverse_mass[i]);
+}
+
+}  // namespace
+
+void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
+                     std::span<ContactConstraint> constraints) {
+  arrays_ = arrays;
+  moving_ = tick.moving;
+  islands_ = &islands;
+  poises_ = arrays.poise;
+  if (poises_.empty()) {
+    own_.resize(arrays.x.size());
+    poises_ = own_;
+  }
+  facts_.assign(islands.count(), {});
+  carries_.assign(moving_.size(), 0);
+  tolerance_m_ = tick.tolerance_m;
+  look_at_bodies();
+  look_at_contacts(tick, constraints);
+  for (Facts& facts : facts_) facts.choice = choose(facts);
+}
+
+void HandOver::look_at_bodies() {
+  for (std::size_t k = 0; k < moving_.size(); ++k) {
+    const std::size_t i = index(moving_[k]);
+    Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
+    const Poise& poise = poises_[i];
+    const double speed = arrays_.v[i].norm() + gyration(arrays_, i) * arrays_.w[i].norm();
+    facts.speed_mps = std::max(facts.speed_mps, speed);
+    facts.is_new |= poise.method == Poise::none;
+    facts.was_soft |= poise.method == Poise::soft;
+    facts.cool = std::max(facts.cool, poise.cool);
+    facts.fails = std::max(facts.fails, poise.fails);
+    facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
+  }
+  for (Facts& facts : facts_) facts.nearest_m = kTolerances.touch_m * 2;
+}
+
+void HandOver::look_at_contacts(const ContactTick& tick, std::span<ContactConstraint> constraints) {
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    ContactConstraint& c = constraints[k];
+    Facts& facts = facts_[islands_->of_constraint(k)];
+    facts.is_barred |= c.turns_heavily() || c.is_ahead;
+    double nearest_m = kTolerances.touch_m * 2;
+    for (const ConstraintPoint& p : c.used()) nearest_m = std::min(nearest_m, p.s0);
+    facts.nearest_m = std::min(facts.nearest_m, nearest_m);
+    look_at_rest(c);
+    const double give = give_of(facts.sub_steps, tick.dt);
+    if (c.carrying > 0 || nearest_m <= kTolerances.touch_m) mark_carrying(c);
+    for (const ConstraintPoint& p : c.used()) {
+      const double sag = give * p.force * p.K_normal;
+      facts.is_deep |= p.gap(give) + sag < -kTolerances.excess * tolerance_m(c);
+    }
+  }
+}
+
+void HandOver::mark_carrying(const ContactConstraint& c) {
+  for (const std::int32_t slot : {c.a, c.b}) {
+    const std::int32_t k = islands_->numbers()[index(slot)];
+    if (k >= 0) carries_[index(k)] = 1;
+  }
+}
+
+/// By Newton's method, in the tick before.
+bool HandOver::was_held(const ContactConstraint& c) const {
+  const auto was = [&](std::int32_t slot) {
+    return arrays_.inverse_mass[index(slot)] == 0 || poises_[index(slot)].method == Poise::newton;
+  };
+  return c.is_known && was(c.a) && was(c.b);
+}
+
+/// Points that have let go; and those that stand for others now, in a manifold that rests.
+void HandOver::look_at_rest(ContactConstraint& c) const {
+  const std::size_t a = index(c.a), b = index(c.b);
+  const bool is_held = was_held(c);
+  for (ConstraintPoint& p : c.used()) {
+    if (p.K_normal == 0 && is_held) {
+      freeze(c);
+      return;
+    }
+    if (p.rest_m == 0 && p.rest_load == 0) continue;
+    const Vector u =
+        arrays_.v[b] + arrays_.w[b].cross(p.rB) - arrays_.v[a] - arrays_.w[a].cross(p.rA);
+    if (p.force == 0) p.rest_load = 0;
+    const bool has_left = p.force == 0 && p.s0 > 0;
+    if (has_left || u.norm() > kTolerances.fast_mps) p.rest_m = p.rest_load = 0;
+  }
+}
+
+HandOver::Choice HandOver::choose(const Facts& facts) {
+  if (facts.is_barred || facts.cool > 0 || facts.speed_mps > kTolerances.hit_mps) {
+    return Choice::soft;
+  }
+  if (facts.was_soft) {
+    const bool rests = facts.speed_mps == 0 && !facts.is_deep;
+    return rests ? Choice::takes_over : Choice::soft;
+  }
+  if (!facts.is_new) return Choice::keeps;
+  return facts.nearest_m <= kTolerances.touch_m ? Choice::first : Choice::soft;
+}
+
+bool HandOver::is_carried(std::int32_t slot) const {
+  return carries_[index(islands_->numbers()[index(slot)])] != 0;
+}
+
+/// What is not carried may fall.
+bool HandOver::is_slow(const Island& island, const IslandSolver& solver) const {
+  for (std::size_t k = 0; k < island.slots.size(); ++k) {
+    if (solver.speed_mps(k) > kTolerances.slow_mps && is_carried(island.slots[k])) return false;
+  }
+  return true;
+}
+
+int HandOver::iterations(std::size_t island) const {
+  return choice(island) == Choice::keeps ? kKeeping : kTakingOver;
+}
+
+void HandOver::freeze(ContactConstraint& c) {
+  const bool knows_all = std::ranges::all_of(
+      c.used(), [](const ConstraintPoint& p) { return p.force == 0 || p.K_normal > 0; });
+  if (!knows_all) find_effective_masses(c);
+  for (ConstraintPoint& p : c.used()) {
+    const bool lies = p.force > 0 && p.s0 <= kTolerances.touch_m;
+    p.rest_m = lies ? p.s0 : std::min(p.s0, 0.0);
+    p.rest_load = p.K_normal * p.force;
+  }
+}
+
+void HandOver::freeze(const Island& island) {
+  before_.clear();
+  for (ContactConstraint* c : island.constraints) {
+    for (const ConstraintPoint& p : c->used()) before_.push_back({p.rest_m, p.rest_load});
+    freeze(*c);
+  }
+}
+
+void HandOver::thaw(const Island& island) {
+  auto rest = before_.begin();
+  for (ContactConstraint* c : island.constraints) {
+    for (ConstraintPoint& p : c->used()) {
+      p.rest_m = rest->m;
+      p.rest_load = rest->load;
+      ++rest;
+    }
+  }
+}
+
+void HandOver::let_go(const Island& island) {
+  for (ContactConstraint* c : island.constraints) {
+    if (!was_held(*c)) continue;
+    freeze(*c);
+    for (ConstraintPoint& p : c->used()) {
+      if (p.rest_m < -tolerance_m(*c)) p.rest_m = p.rest_load = 0;
+    }
+  }
+}
+
+void HandOver::note(std::size_t island, bool is_newton, bool is_in_vain) {
+  Facts& facts = facts_[island];
+  facts.method = is_newton ? Poise::newton : Poise::soft;
+  facts.cool = std::max(facts.cool - 1, 0);
+  if (is_in_vain) {
+    const int doubled = kTolerances.wait_ticks << std::min(facts.fails, 10);
+    facts.cool = std::min(doubled, kTolerances.wait_ticks_max);
+    ++facts.fails;
+  }
+  if (facts.speed_mps > kTolerances.fast_mps) facts.fails = 0;
+}
+
+void HandOver::end() {
+  for (std::size_t k = 0; k < moving_.size(); ++k) {
+    const Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
+    Poise& poise = poises_[index(moving_[k])];
+    poise = {facts.method, facts.cool, facts.fails, poise.sub_steps};
+  }
+}
+
+}  // namespace cradle

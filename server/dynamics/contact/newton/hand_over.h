@@ -1,0 +1,74 @@
+/// Which islands of a tick the solver "hybrid" gives to Newton's method: see hand_over.cpp.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/dynamics/contact/newton/island_solver.h"
+#include "server/dynamics/contact/tick_islands.h"
+
+namespace cradle {
+
+/// Bodies remember (Poise), and points (ConstraintPoint::rest_m); this only looks at them.
+class HandOver {
+ public:
+  /// Not at all; bodies that have never been in contact; as in the tick before; from the soft step.
+  enum class Choice : std::uint8_t { soft, first, keeps, takes_over };
+
+  /// Looks at the islands, and forgets where points rested that have let go.
+  void begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
+             std::span<ContactConstraint> constraints);
+  Choice choice(std::size_t island) const { return facts_[island].choice; }
+  /// That an attempt may take.
+  int iterations(std::size_t island) const;
+  /// As Newton's method moves it.
+  bool is_slow(const Island& island, const IslandSolver& solver) const;
+
+  /// What the soft step carries now is what rests there; and not, if that came to nothing.
+  void freeze(const Island& island);
+  void thaw(const Island& island);
+  /// Likewise, what Newton's method carried, before the soft step.
+  void let_go(const Island& island);
+
+  /// What became of it.
+  void note(std::size_t island, bool is_newton, bool is_in_vain);
+  void end();
+
+ private:
+  struct Facts {
+    double speed_mps = 0;
+    double nearest_m = 0;
+    bool is_new = false, was_soft = false, is_barred = false, is_deep = false;
+    std::int32_t sub_steps = 1;
+    std::int32_t cool = 0, fails = 0;
+    Choice choice = Choice::soft;
+    Poise::Method method = Poise::soft;
+  };
+  void look_at_bodies();
+  void look_at_contacts(const ContactTick& tick, std::span<ContactConstraint> constraints);
+  void mark_carrying(const ContactConstraint& c);
+  bool is_carried(std::int32_t slot) const;
+  double tolerance_m(const ContactConstraint& c) const {
+    return c.tolerance_m > 0 ? c.tolerance_m : tolerance_m_;
+  }
+  bool was_held(const ContactConstraint& c) const;
+  void look_at_rest(ContactConstraint& c) const;
+  static void freeze(ContactConstraint& c);
+  static Choice choose(const Facts& facts);
+
+  BodyArrays arrays_;
+  std::span<const std::int32_t> moving_;
+  const TickIslands* islands_ = nullptr;
+  std::span<Poise> poises_;
+  std::vector<Poise> own_;  // if nobody else keeps them
+  std::vector<Facts> facts_;
+  std::vector<std::uint8_t> carries_;  // of `moving_`
+  double tolerance_m_ = 0;             // the tick's
+  struct Rest {
+    double m, load;
+  };
+  std::vector<Rest> before_;  // of the points of the island that was frozen last
+};
+
+}  // namespace cradle

@@ -1,0 +1,88 @@
+// The contact solver "hybrid": soft steps for what moves, Newton's method for what rests, by island
+// and tick.
+//
+// What is chosen, and how loads go from one to the other: hand_over.cpp. In a tick, of an island
+// that is given to Newton's method:
+//   1. rests: nothing moves and the impulses of the tick before still balance all loads
+//      (settling.h): it stays as it is, to the bit;
+//   2. else Newton's method, from the velocities as they are, within a few iterations, of which it
+//      takes none where the gradient is small at once;
+//   3. else, or where overlaps are to be pushed out, or it begins to move: the soft step in the
+//   same
+//      tick, from where bodies were. What was not found is counted, as
+//      ContactReport::islands_makeshift.
+//
+// Cost: at rest 60 ns a manifold; what moves, as the soft step and 15 ns a body and contact.
+#include "server/dynamics/contact/newton/hand_over.h"
+#include "server/dynamics/contact/newton/island_step.h"
+#include "server/dynamics/contact/newton/newton_step.h"
+#include "server/dynamics/contact/settling.h"
+
+namespace cradle {
+namespace {
+
+class HybridStep final : public IslandStep {
+ public:
+  HybridStep() : IslandStep(kHybrid) {}
+
+ private:
+  using Choice = HandOver::Choice;
+
+  void choose(std::span<const Matrix> inverse_inertia_W,
+              std::span<ContactConstraint> constraints) override {
+    hand_over_.begin(tick(), arrays(), islands(), constraints);
+    gives_.assign(islands().count(), tick().dt * tick().dt * kHybrid.yield);
+    settling_.find(tick(), arrays(), inverse_inertia_W, {islands(), islands().numbers(), gives_},
+                   constraints);
+    for (std::size_t i = 0; i < islands().count(); ++i) {
+      const Choice choice = hand_over_.choice(i);
+      const bool rests = choice == Choice::keeps && settling_.rests(i);
+      fates()[i] = rests ? Fate::rests : choice == Choice::soft ? Fate::soft : Fate::solved;
+      if (rests) ++report().islands_at_rest;
+      if (rests) hand_over_.note(i, true, false);
+      if (choice == Choice::soft) be_soft(i, false);
+    }
+    PointResidual& most = report().residual.most;
+    most.natural_mps = std::max(most.natural_mps, settling_.unbalanced_mps());
+  }
+
+  bool solve(std::size_t i) override {
+    Island& island = islands_in()[i];
+    const bool takes_over = hand_over_.choice(i) == Choice::takes_over;
+    if (takes_over) hand_over_.freeze(island);
+    const bool is_found =
+        solver().solve_at_rest(bodies(), arrays(), island, tick().dt, hand_over_.iterations(i));
+    if (!is_found || !hand_over_.is_slow(island, solver())) {
+      if (takes_over) hand_over_.thaw(island);
+      be_soft(i, !is_found);
+      report().islands_makeshift += is_found ? 0 : 1;
+      return false;
+    }
+    hand_over_.note(i, true, false);
+    ++(solver().iterations() == 0 ? report().islands_at_rest : report().islands_by_newton);
+    report().islands_taken_over += takes_over ? 1 : 0;
+    return true;
+  }
+
+  /// From there on rounding of places makes no load.
+  void keep(std::size_t i) override {
+    if (solver().is_still()) hand_over_.freeze(islands_in()[i]);
+  }
+
+  void be_soft(std::size_t i, bool is_in_vain) {
+    hand_over_.let_go(islands_in()[i]);
+    hand_over_.note(i, false, is_in_vain);
+  }
+
+  void end() override { hand_over_.end(); }
+
+  HandOver hand_over_;
+  Settling settling_;
+  std::vector<double> gives_;  // s^2, by island
+};
+
+}  // namespace
+
+std::unique_ptr<ContactSolver> make_hybrid_step() { return std::make_unique<HybridStep>(); }
+
+}  // namespace cradle

@@ -1,0 +1,153 @@
+// Order: 1, of what is solved at once: x' = x + dt v'. What an island gets is its own: the order in
+// which they are moved changes nothing.
+#include "server/dynamics/contact/newton/island_step.h"
+
+#include <algorithm>
+
+#include "server/dynamics/contact/single_contacts.h"
+#include "server/dynamics/contact/soft_step.h"
+
+namespace cradle {
+namespace {
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+IslandStep::IslandStep(const IslandSettings& settings)
+    : solver_(settings), soft_(make_soft_step()) {}
+
+ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arrays,
+                                  std::span<const Matrix> inverse_inertia_W,
+                                  std::span<ContactConstraint> constraints) {
+  report_ = {};
+  if (constraints.empty()) return report_;
+  tick_ = tick;
+  arrays_ = arrays;
+  find_islands(constraints);
+  fates_.assign(islands_.count(), Fate::soft);
+  choose(inverse_inertia_W, constraints);
+  if (has(Fate::solved)) {
+    begin(tick, inverse_inertia_W);
+    try_islands();
+  }
+  if (!has(Fate::soft) && !has(Fate::rests)) {
+    finish(tick, constraints);
+  } else {
+    finish_apart(inverse_inertia_W, constraints);
+  }
+  if (has(Fate::rests)) report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
+  end();
+  return report_;
+}
+
+bool IslandStep::has(Fate fate) const { return std::ranges::find(fates_, fate) != fates_.end(); }
+
+void IslandStep::find_islands(std::span<ContactConstraint> constraints) {
+  islands_.find(tick_, arrays_.x.size(), constraints);
+  report_.islands = static_cast<int>(islands_.count());
+  islands_in_.resize(std::max(islands_in_.size(), islands_.count()));
+  for (Island& island : islands_in_) {
+    island.slots.clear();
+    island.constraints.clear();
+  }
+  for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
+    islands_in_[island_of_body(k)].slots.push_back(tick_.moving[k]);
+  }
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    islands_in_[islands_.of_constraint(k)].constraints.push_back(&constraints[k]);
+  }
+}
+
+void IslandStep::begin(const ContactTick& tick, std::span<const Matrix> inverse_inertia_W) {
+  bodies_.begin(tick, arrays_, inverse_inertia_W);
+  balance_ = {};
+  if (tick.is_balanced) bodies_.begin_balance(balance_);
+  bodies_.integrate_velocities(tick.dt, 0);
+}
+
+void IslandStep::try_islands() {
+  ways_.resize(bodies_.lines());
+  ends_.resize(bodies_.lines());
+  for (std::size_t i = 0; i < islands_.count(); ++i) {
+    if (fates_[i] != Fate::solved) continue;
+    if (!solve(i)) {
+      fates_[i] = Fate::soft;
+      continue;
+    }
+    solver_.store(ways_, ends_);
+    solver_.keep(report_.residual);
+    keep(i);
+    report_.islands_makeshift += solver_.is_exact() ? 0 : 1;
+  }
+}
+
+/// Of all bodies that `bodies_` has.
+void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint> constraints) {
+  const auto set = [&](std::span<const BodyLine> velocities) {
+    for (std::size_t k = 0; k < tick.moving.size(); ++k) {
+      bodies_.velocities()[k] = velocities[index(islands_.numbers()[index(tick.moving[k])])];
+    }
+  };
+  set(ways_);
+  bodies_.integrate_positions(tick.dt, 0);
+  set(ends_);
+  if (tick.is_balanced) {
+    bodies_.take_means(tick.dt);
+    for (ContactConstraint& c : constraints) SingleContact(c, bodies_).add_work(balance_);
+    bodies_.end_balance(balance_, tick.dt);
+    report_.balance.add(balance_);
+  }
+  for (ContactConstraint& c : constraints) c.torque = Vector::Zero();
+  bodies_.finish();
+  report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
+  report_.body_sub_steps += static_cast<std::int64_t>(tick.moving.size());
+  if (report_.choices_used == kSubStepChoices) return;
+  const auto islands = static_cast<int>(std::ranges::count(fates_, Fate::solved));
+  const auto moving = static_cast<int>(tick.moving.size());
+  report_.choices[report_.choices_used++] = {1, islands, moving, 0};
+}
+
+/// Islands without a solution by the soft step, then the others by theirs.
+void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W,
+                              std::span<ContactConstraint> constraints) {
+  if (!has(Fate::solved) && !has(Fate::rests)) {
+    return add(soft_->advance(tick_, arrays_, inverse_inertia_W, constraints));
+  }
+  for (const Fate fate : {Fate::soft, Fate::solved}) {
+    if (!has(fate)) continue;
+    moving_.clear();
+    chosen_.clear();
+    for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
+      if (fates_[island_of_body(k)] == fate) moving_.push_back(tick_.moving[k]);
+    }
+    for (std::size_t k = 0; k < constraints.size(); ++k) {
+      if (fates_[islands_.of_constraint(k)] == fate) chosen_.push_back(constraints[k]);
+    }
+    ContactTick tick = tick_;
+    tick.moving = moving_;
+    if (fate == Fate::soft) {
+      add(soft_->advance(tick, arrays_, inverse_inertia_W, chosen_));
+    } else {
+      begin(tick, inverse_inertia_W);
+      finish(tick, chosen_);
+    }
+    auto next = chosen_.begin();
+    for (std::size_t k = 0; k < constraints.size(); ++k) {
+      if (fates_[islands_.of_constraint(k)] == fate) constraints[k] = *next++;
+    }
+  }
+}
+
+void IslandStep::add(const ContactReport& soft) {
+  const ContactReport own = report_;
+  report_ = soft;
+  report_.islands = own.islands;
+  report_.islands_makeshift = own.islands_makeshift;
+  report_.islands_at_rest = own.islands_at_rest;
+  report_.islands_by_newton = own.islands_by_newton;
+  report_.islands_taken_over = own.islands_taken_over;
+  report_.residual.add(own.residual);
+}
+
+}  // namespace cradle

@@ -316,6 +316,8 @@ StepReport World::Steps::report(const State& s) {
   report.islands = s.solved.islands;
   report.sleeping = count_sleepers(s);
   report.pairs = static_cast<std::int64_t>(s.pairs.size());
+  report.pair_work = s.culling.boxes_seen + s.culling.nodes_seen;
+  report.body_sub_steps = s.solved.body_sub_steps;
   report.sub_steps_max = s.solved.sub_steps_max;
   report.islands_makeshift = s.solved.islands_makeshift;
   report.islands_at_rest = s.solved.islands_at_rest;

@@ -53,13 +53,15 @@ struct StepReport {
   int contacts = 0;              ///< points with separation <= 0 at the tick's start
   double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
-  int bodies_in_contact = 0;  ///< that were sub-stepped
-  int islands = 0;            ///< groups of them that touch each other
-  std::int64_t sleeping = 0;  ///< bodies, at the tick's end; contacts of sleepers are not counted
-  std::int64_t pairs = 0;     ///< of bodies, that were looked at for contacts
-  int sub_steps_max = 0;      ///< of an island
-  int islands_makeshift = 0;  ///< not of "soft": ContactReport::islands_makeshift
-  int islands_at_rest = 0;    ///< of "hybrid", as ContactReport has them
+  int bodies_in_contact = 0;   ///< that were sub-stepped
+  int islands = 0;             ///< groups of them that touch each other
+  std::int64_t sleeping = 0;   ///< bodies, at the tick's end; contacts of sleepers are not counted
+  std::int64_t pairs = 0;      ///< of bodies, that were looked at for contacts
+  std::int64_t pair_work = 0;  ///< to find them: boxes, nodes of trees and cells of grids seen
+  std::int64_t body_sub_steps = 0;  ///< bodies in contact, each times its sub-steps
+  int sub_steps_max = 0;            ///< of an island
+  int islands_makeshift = 0;        ///< not of "soft": ContactReport::islands_makeshift
+  int islands_at_rest = 0;          ///< of "hybrid", as ContactReport has them
   int islands_by_newton = 0;
   int islands_taken_over = 0;
   double sag_expected_m = 0;  ///< how far the most loaded contact sinks in, where bodies rest

@@ -15,6 +15,7 @@
 #include "server/world/world.h"
 #include "tests/bench/broad.h"
 #include "tests/bench/engine_report.h"
+#include "tests/bench/growth.h"
 #include "tests/bench/ladders.h"
 #include "tests/bench/pair.h"
 #include "tests/bench/plot.h"
@@ -31,6 +32,7 @@ constexpr const char* kAll = "all";
 constexpr const char* kBroad = "broad";
 constexpr const char* kPair = "pair";
 constexpr const char* kLadders = "ladders";
+constexpr const char* kGrowth = "growth";
 constexpr const char* kSchemes = "schemes";
 constexpr const char* kEngines = "engines";
 
@@ -43,6 +45,9 @@ void list() {
     std::cout << std::left << std::setw(15) << one.name << one.about << '\n';
   }
   for (const PairCase& one : pair_cases()) std::cout << one.name << '\n';
+  for (const GrowthCase& one : growth_cases()) {
+    std::cout << std::left << std::setw(15) << one.name << one.about << '\n';
+  }
   std::cout << kLadders << "        stacks of 5 to 40 cubes, 10 to 10 000 kg on one and on ten\n";
 }
 
@@ -53,6 +58,8 @@ std::vector<std::string> scene_names() {
   for (const BroadCase& one : broad_cases()) names.emplace_back(one.name);
   names.emplace_back(kPair);
   for (const PairCase& one : pair_cases()) names.emplace_back(one.name);
+  names.emplace_back(kGrowth);
+  for (const GrowthCase& one : growth_cases()) names.emplace_back(one.name);
   names.emplace_back(kLadders);
   return names;
 }
@@ -148,6 +155,15 @@ void run_all(const std::vector<std::string>& names, const Options& options, bool
     for (const PairRow& row : run(one)) lines += line(format, row);
     return lines;
   });
+  tables.add(names, kGrowth, growth_cases(), growth_header(format), [&](const GrowthCase& one) {
+    std::string lines;
+    std::vector<GrowthRow> rows;
+    for (const int number : one.numbers) {
+      rows.push_back(run(one, number));
+      lines += growth_line(format, one, rows);
+    }
+    return lines;
+  });
   if (std::ranges::count(names, kLadders) > 0) {
     tables.add_rows(ladders_header(format, libraries), ladder_rungs(), [&](const Rung& rung) {
       return ladders_line(format, rung, compare(*rung.which, rung.scene, options, libraries, 1));
@@ -164,11 +180,12 @@ void write_reports(const std::string& folder, const std::string& part) {
   }
   std::exception_ptr complaint;
   try {
-    if (part != kEngines) write_precision_report(folder);
+    if (part.empty() || part == kSchemes) write_precision_report(folder);
   } catch (const PlotError&) {
     complaint = std::current_exception();
   }
-  if (part != kSchemes) write_engine_report(folder, libraries);
+  if (part.empty() || part == kEngines) write_engine_report(folder, libraries);
+  if (part.empty() || part == kGrowth) write_growth_report(folder);
   if (complaint) std::rethrow_exception(complaint);
 }
 
@@ -189,7 +206,8 @@ int main(int argc, char** argv) {
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
   app.add_option(
          "scene", names,
-         "Scenes by name, or all; rows broad:* and pair:* by name, or broad and pair; ladders")
+         "Scenes by name, or all; rows broad:*, pair:* and growth:* by name, or broad, pair and "
+         "growth; ladders")
       ->check(CLI::IsMember(scene_names()));
   app.add_option("--method", options.method, "Contact solver; default: what the scene says")
       ->check(CLI::IsMember(solver_names()));
@@ -204,13 +222,13 @@ int main(int argc, char** argv) {
   app.add_flag("--peers", with_peers,
                "Run the scenes by Bullet and ODE, too: times and errors of all, in turns");
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");
-  CLI::App* report = app.add_subcommand(
-      "report",
-      "Work against precision, of the schemes of free flight, and of engines in contact: data, "
-      "diagrams, tables");
+  CLI::App* report = app.add_subcommand("report",
+                                        "Work against precision, of the schemes of free flight, "
+                                        "and of engines in contact, and growth "
+                                        "with the number of bodies: data, diagrams, tables");
   report->add_option("DIR", report_folder, "Folder to write to; made if need be")->required();
-  report->add_option("--only", report_part, "One part of it: schemes, or engines")
-      ->check(CLI::IsMember({kSchemes, kEngines}));
+  report->add_option("--only", report_part, "One part of it: schemes, engines, or growth")
+      ->check(CLI::IsMember({kSchemes, kEngines, kGrowth}));
   try {
     app.parse(argc, argv);
     if (report->parsed()) {

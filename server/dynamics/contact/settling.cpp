@@ -93,7 +93,7 @@ Sway after(const Sway& before, const Sway& now, const ContactTick& tick) {
 
 void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
                     std::span<const Matrix> inverse_inertia_W, const Grouping& groups,
-                    std::span<const ContactConstraint> constraints) {
+                    std::span<ContactConstraint* const> constraints) {
   rests_.assign(groups.count(), bodies.sway.empty() ? 0 : 1);
   unbalanced_mps_ = 0;
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
@@ -105,7 +105,8 @@ void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
   }
   if (std::ranges::find(rests_, 1) == rests_.end()) return;
   start_loads(tick, bodies, groups);
-  for (const ContactConstraint& c : constraints) {
+  for (const ContactConstraint* of : constraints) {
+    const ContactConstraint& c = *of;
     const std::size_t island = groups.of(c);
     if (rests_[island] == 0) continue;
     const double give = groups.give[island] / (c.stiffness * c.stiffness);

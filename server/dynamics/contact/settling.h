@@ -38,7 +38,7 @@ class Settling {
   /// Looks for groups at rest. Forces of `constraints` are those of the tick before.
   void find(const ContactTick& tick, const BodyArrays& bodies,
             std::span<const Matrix> inverse_inertia_W, const Grouping& groups,
-            std::span<const ContactConstraint> constraints);
+            std::span<ContactConstraint* const> constraints);
   bool rests(std::size_t island) const { return rests_[island] != 0; }
   /// m/s: what loads that are not balanced to the last digit would make of the bodies at rest.
   double unbalanced_mps() const { return unbalanced_mps_; }

@@ -59,11 +59,19 @@ constexpr double kRestTicks = 2;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-class SoftStep final : public ContactSolver {
+class SoftStep final : public SoftSolver {
  public:
   ContactReport advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
                         std::span<ContactConstraint> constraints) override {
+    all_.clear();
+    for (ContactConstraint& c : constraints) all_.push_back(&c);
+    return advance_some(tick, arrays, inverse_inertia_W, all_);
+  }
+
+  ContactReport advance_some(const ContactTick& tick, const BodyArrays& arrays,
+                             std::span<const Matrix> inverse_inertia_W,
+                             std::span<ContactConstraint* const> constraints) override {
     report_ = {};
     if (constraints.empty()) return report_;
     find_islands(tick, arrays.x.size(), constraints);
@@ -91,14 +99,14 @@ class SoftStep final : public ContactSolver {
 
  private:
   void find_islands(const ContactTick& tick, std::size_t slots,
-                    std::span<const ContactConstraint> constraints) {
+                    std::span<ContactConstraint* const> constraints) {
     islands_.find(tick, slots, constraints);
     number_of_bodies_ = tick.moving.size();
     report_.islands = static_cast<int>(islands_.count());
   }
 
   /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
-  void look_at_islands(std::span<const ContactConstraint> constraints, double dt) {
+  void look_at_islands(std::span<ContactConstraint* const> constraints, double dt) {
     has_past_.assign(islands_.count(), 0);
     sizes_.assign(islands_.count(), 0);
     excess_.assign(islands_.count(), 0);
@@ -109,7 +117,7 @@ class SoftStep final : public ContactSolver {
     }
     const double deep_m = push_speed() * dt;
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      const ContactConstraint& c = constraints[k];
+      const ContactConstraint& c = *constraints[k];
       const std::size_t island = islands_.of_constraint(k);
       has_past_[island] |= c.press > 0;
       if (c.is_known) pasts_[island] = Past::lasts;
@@ -136,7 +144,7 @@ class SoftStep final : public ContactSolver {
   /// Sweeps over blows with the arms of the tick's start would add energy ("small fast boxes"):
   /// where something closes, what contacts carry is taken to last.
   void find_pasts(const ContactTick& tick, const BodyArrays& arrays,
-                  std::span<const ContactConstraint> constraints) {
+                  std::span<ContactConstraint* const> constraints) {
     for (const std::int32_t slot : tick.shaken) {
       if (islands_.numbers()[index(slot)] < 0) continue;
       Past& past = pasts_[islands_.of(islands_.numbers()[index(slot)])];
@@ -154,7 +162,7 @@ class SoftStep final : public ContactSolver {
       Past& past = pasts_[islands_.of_constraint(k)];
       if (past == Past::lasts) continue;
       const double slow = kRestTicks * tick.dt * accelerations_[islands_.of_constraint(k)];
-      if (closing_speed(constraints[k], arrays) > slow) past = Past::lasts;
+      if (closing_speed(*constraints[k], arrays) > slow) past = Past::lasts;
     }
   }
 
@@ -163,20 +171,20 @@ class SoftStep final : public ContactSolver {
   /// Groups that stay as they are; and those that may come to rest, because nobody drives them.
   void find_resting(const ContactTick& tick, const BodyArrays& arrays,
                     std::span<const Matrix> inverse_inertia_W,
-                    std::span<const ContactConstraint> constraints) {
+                    std::span<ContactConstraint* const> constraints) {
     settling_.find(tick, arrays, inverse_inertia_W, grouping(), constraints);
     is_calm_.assign(islands_.count(), 0);
     for (std::size_t i = 0; i < pasts_.size(); ++i) {
       if (settling_.rests(i)) pasts_[i] = Past::rests;
       is_calm_[i] = ways_[i] == 0 && pasts_[i] != Past::changes ? 1 : 0;
     }
-    for (const ContactConstraint& c : constraints) {
-      for (const std::int32_t slot : {c.a, c.b}) {
+    for (const ContactConstraint* c : constraints) {
+      for (const std::int32_t slot : {c->a, c->b}) {
         const bool is_driven =
             islands_.numbers()[index(slot)] < 0 && !arrays.v[index(slot)].isZero(0);
         const bool is_turned =
             islands_.numbers()[index(slot)] < 0 && !arrays.w[index(slot)].isZero(0);
-        if (is_driven || is_turned) is_calm_[grouping().of(c)] = 0;
+        if (is_driven || is_turned) is_calm_[grouping().of(*c)] = 0;
       }
     }
   }
@@ -205,14 +213,14 @@ class SoftStep final : public ContactSolver {
   /// How many contacts of each island ask for each number of sub-steps. Of an island without a past
   /// loads are not known yet: then as if all its bodies lay on one of them.
   void count_demands(const ContactTick& tick, const BodyArrays& arrays,
-                     std::span<const ContactConstraint> constraints) {
+                     std::span<ContactConstraint* const> constraints) {
     demands_.assign(islands_.count(), {});
     asked_.assign(constraints.size(), 0);
     least_.assign(islands_.count(), 0);
     const double whole = tick.dt / contact_angle();
     for (std::size_t k = 0; k < constraints.size(); ++k) {
       const std::size_t island = islands_.of_constraint(k);
-      const ContactConstraint& c = constraints[k];
+      const ContactConstraint& c = *constraints[k];
       const double tolerance_m = c.tolerance_m > 0 ? c.tolerance_m : tick.tolerance_m;
       const double square = whole * whole / std::max(tolerance_m, ways_[island]);
       if (c.press == 0 && !c.is_met) continue;
@@ -247,7 +255,7 @@ class SoftStep final : public ContactSolver {
   }
 
   void choose_sub_steps(const ContactTick& tick, const BodyArrays& arrays,
-                        std::span<ContactConstraint> constraints) {
+                        std::span<ContactConstraint* const> constraints) {
     sub_steps_.assign(islands_.count(), tick.sub_steps);
     if (tick.sub_steps == 0) {
       count_demands(tick, arrays, constraints);
@@ -255,7 +263,7 @@ class SoftStep final : public ContactSolver {
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
       for (std::size_t k = 0; k < constraints.size(); ++k) {
         const std::size_t i = islands_.of_constraint(k);
-        constraints[k].stiffness = std::clamp(asked_[k] / sub_steps_[i], 1.0, stiffest_[i]);
+        constraints[k]->stiffness = std::clamp(asked_[k] / sub_steps_[i], 1.0, stiffest_[i]);
       }
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
@@ -265,7 +273,7 @@ class SoftStep final : public ContactSolver {
 
   void advance_islands_with(int n, Past past, ContactTick tick, const BodyArrays& arrays,
                             std::span<const Matrix> inverse_inertia_W,
-                            std::span<ContactConstraint> constraints) {
+                            std::span<ContactConstraint* const> constraints) {
     const auto is_meant = [&](std::size_t island) {
       return sub_steps_[island] == n && pasts_[island] == past;
     };
@@ -286,7 +294,7 @@ class SoftStep final : public ContactSolver {
     }
     chosen_.clear();
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      if (is_meant(islands_.of_constraint(k))) chosen_.push_back(&constraints[k]);
+      if (is_meant(islands_.of_constraint(k))) chosen_.push_back(constraints[k]);
     }
     tick.sub_steps = n;
     tick.moving = moving_;
@@ -382,11 +390,12 @@ class SoftStep final : public ContactSolver {
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise
-  std::vector<ContactConstraint*> chosen_;
+  std::vector<ContactConstraint*> chosen_, all_;
 };
 
 }  // namespace
 
 std::unique_ptr<ContactSolver> make_soft_step() { return std::make_unique<SoftStep>(); }
+std::unique_ptr<SoftSolver> make_soft_solver() { return std::make_unique<SoftStep>(); }
 
 }  // namespace cradle

@@ -5,6 +5,15 @@
 
 namespace cradle {
 
+class SoftSolver : public ContactSolver {
+ public:
+  /// As `advance`, with some of a tick's constraints, in their order: those of `tick.moving`.
+  virtual ContactReport advance_some(const ContactTick& tick, const BodyArrays& bodies,
+                                     std::span<const Matrix> inverse_inertia_W,
+                                     std::span<ContactConstraint* const> constraints) = 0;
+};
+
 std::unique_ptr<ContactSolver> make_soft_step();
+std::unique_ptr<SoftSolver> make_soft_solver();
 
 }  // namespace cradle

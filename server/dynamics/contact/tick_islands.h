@@ -12,6 +12,8 @@ class TickIslands : public Islands {
   /// `slots`: how many there are.
   void find(const ContactTick& tick, std::size_t slots,
             std::span<const ContactConstraint> constraints);
+  void find(const ContactTick& tick, std::size_t slots,
+            std::span<ContactConstraint* const> constraints);
 
   /// By slot; -1: does not yield.
   std::span<const std::int32_t> numbers() const { return number_; }
@@ -20,6 +22,9 @@ class TickIslands : public Islands {
   }
 
  private:
+  void begin(const ContactTick& tick, std::size_t slots);
+  void add(const ContactConstraint& c);
+
   std::vector<std::int32_t> number_;
   std::vector<ColouredPair> pairs_;
 };

@@ -65,7 +65,7 @@ double gyration(const BodyArrays& bodies, std::size_t i) {
 }  // namespace
 
 void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
-                     std::span<ContactConstraint> constraints) {
+                     std::span<ContactConstraint* const> constraints) {
   arrays_ = arrays;
   moving_ = tick.moving;
   islands_ = &islands;
@@ -98,9 +98,10 @@ void HandOver::look_at_bodies() {
   for (Facts& facts : facts_) facts.nearest_m = kTolerances.touch_m * 2;
 }
 
-void HandOver::look_at_contacts(const ContactTick& tick, std::span<ContactConstraint> constraints) {
+void HandOver::look_at_contacts(const ContactTick& tick,
+                                std::span<ContactConstraint* const> constraints) {
   for (std::size_t k = 0; k < constraints.size(); ++k) {
-    ContactConstraint& c = constraints[k];
+    ContactConstraint& c = *constraints[k];
     Facts& facts = facts_[islands_->of_constraint(k)];
     facts.is_barred |= c.turns_heavily() || c.is_ahead;
     double nearest_m = kTolerances.touch_m * 2;

@@ -18,7 +18,7 @@ class HandOver {
 
   /// Looks at the islands, and forgets where points rested that have let go.
   void begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
-             std::span<ContactConstraint> constraints);
+             std::span<ContactConstraint* const> constraints);
   Choice choice(std::size_t island) const { return facts_[island].choice; }
   /// That an attempt may take.
   int iterations(std::size_t island) const;
@@ -46,7 +46,7 @@ class HandOver {
     Poise::Method method = Poise::soft;
   };
   void look_at_bodies();
-  void look_at_contacts(const ContactTick& tick, std::span<ContactConstraint> constraints);
+  void look_at_contacts(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
   void mark_carrying(const ContactConstraint& c);
   bool is_carried(std::int32_t slot) const;
   double tolerance_m(const ContactConstraint& c) const {

@@ -29,7 +29,7 @@ class HybridStep final : public IslandStep {
   using Choice = HandOver::Choice;
 
   void choose(std::span<const Matrix> inverse_inertia_W,
-              std::span<ContactConstraint> constraints) override {
+              std::span<ContactConstraint* const> constraints) override {
     hand_over_.begin(tick(), arrays(), islands(), constraints);
     gives_.assign(islands().count(), tick().dt * tick().dt * kHybrid.yield);
     settling_.find(tick(), arrays(), inverse_inertia_W, {islands(), islands().numbers(), gives_},

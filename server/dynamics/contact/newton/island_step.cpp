@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "server/dynamics/contact/single_contacts.h"
-#include "server/dynamics/contact/soft_step.h"
 
 namespace cradle {
 namespace {
@@ -15,7 +14,7 @@ std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 IslandStep::IslandStep(const IslandSettings& settings)
-    : solver_(settings), soft_(make_soft_step()) {}
+    : solver_(settings), soft_(make_soft_solver()) {}
 
 ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arrays,
                                   std::span<const Matrix> inverse_inertia_W,
@@ -24,17 +23,19 @@ ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arr
   if (constraints.empty()) return report_;
   tick_ = tick;
   arrays_ = arrays;
-  find_islands(constraints);
+  all_.clear();
+  for (ContactConstraint& c : constraints) all_.push_back(&c);
+  find_islands();
   fates_.assign(islands_.count(), Fate::soft);
-  choose(inverse_inertia_W, constraints);
+  choose(inverse_inertia_W, all_);
   if (has(Fate::solved)) {
     begin(tick, inverse_inertia_W);
     try_islands();
   }
   if (!has(Fate::soft) && !has(Fate::rests)) {
-    finish(tick, constraints);
+    finish(tick, all_);
   } else {
-    finish_apart(inverse_inertia_W, constraints);
+    finish_apart(inverse_inertia_W);
   }
   if (has(Fate::rests)) report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
   end();
@@ -43,8 +44,8 @@ ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arr
 
 bool IslandStep::has(Fate fate) const { return std::ranges::find(fates_, fate) != fates_.end(); }
 
-void IslandStep::find_islands(std::span<ContactConstraint> constraints) {
-  islands_.find(tick_, arrays_.x.size(), constraints);
+void IslandStep::find_islands() {
+  islands_.find(tick_, arrays_.x.size(), all_);
   report_.islands = static_cast<int>(islands_.count());
   islands_in_.resize(std::max(islands_in_.size(), islands_.count()));
   for (Island& island : islands_in_) {
@@ -54,8 +55,8 @@ void IslandStep::find_islands(std::span<ContactConstraint> constraints) {
   for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
     islands_in_[island_of_body(k)].slots.push_back(tick_.moving[k]);
   }
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    islands_in_[islands_.of_constraint(k)].constraints.push_back(&constraints[k]);
+  for (std::size_t k = 0; k < all_.size(); ++k) {
+    islands_in_[islands_.of_constraint(k)].constraints.push_back(all_[k]);
   }
 }
 
@@ -83,7 +84,7 @@ void IslandStep::try_islands() {
 }
 
 /// Of all bodies that `bodies_` has.
-void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint> constraints) {
+void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
   const auto set = [&](std::span<const BodyLine> velocities) {
     for (std::size_t k = 0; k < tick.moving.size(); ++k) {
       bodies_.velocities()[k] = velocities[index(islands_.numbers()[index(tick.moving[k])])];
@@ -94,11 +95,11 @@ void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint> co
   set(ends_);
   if (tick.is_balanced) {
     bodies_.take_means(tick.dt);
-    for (ContactConstraint& c : constraints) SingleContact(c, bodies_).add_work(balance_);
+    for (ContactConstraint* c : constraints) SingleContact(*c, bodies_).add_work(balance_);
     bodies_.end_balance(balance_, tick.dt);
     report_.balance.add(balance_);
   }
-  for (ContactConstraint& c : constraints) c.torque = Vector::Zero();
+  for (ContactConstraint* c : constraints) c->torque = Vector::Zero();
   bodies_.finish();
   report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
   report_.body_sub_steps += static_cast<std::int64_t>(tick.moving.size());
@@ -109,11 +110,7 @@ void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint> co
 }
 
 /// Islands without a solution by the soft step, then the others by theirs.
-void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W,
-                              std::span<ContactConstraint> constraints) {
-  if (!has(Fate::solved) && !has(Fate::rests)) {
-    return add(soft_->advance(tick_, arrays_, inverse_inertia_W, constraints));
-  }
+void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W) {
   for (const Fate fate : {Fate::soft, Fate::solved}) {
     if (!has(fate)) continue;
     moving_.clear();
@@ -121,20 +118,16 @@ void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W,
     for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
       if (fates_[island_of_body(k)] == fate) moving_.push_back(tick_.moving[k]);
     }
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
-      if (fates_[islands_.of_constraint(k)] == fate) chosen_.push_back(constraints[k]);
+    for (std::size_t k = 0; k < all_.size(); ++k) {
+      if (fates_[islands_.of_constraint(k)] == fate) chosen_.push_back(all_[k]);
     }
     ContactTick tick = tick_;
     tick.moving = moving_;
     if (fate == Fate::soft) {
-      add(soft_->advance(tick, arrays_, inverse_inertia_W, chosen_));
+      add(soft_->advance_some(tick, arrays_, inverse_inertia_W, chosen_));
     } else {
       begin(tick, inverse_inertia_W);
       finish(tick, chosen_);
-    }
-    auto next = chosen_.begin();
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
-      if (fates_[islands_.of_constraint(k)] == fate) constraints[k] = *next++;
     }
   }
 }

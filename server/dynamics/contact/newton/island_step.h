@@ -3,6 +3,7 @@
 
 #include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/contact/newton/island_solver.h"
+#include "server/dynamics/contact/soft_step.h"
 #include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
@@ -22,7 +23,7 @@ class IslandStep : public ContactSolver {
   /// Where islands begin; all are soft at first, `fates()` says what is known already: `solved` is
   /// to be tried.
   virtual void choose(std::span<const Matrix> inverse_inertia_W,
-                      std::span<ContactConstraint> constraints) = 0;
+                      std::span<ContactConstraint* const> constraints) = 0;
   virtual bool solve(std::size_t island) = 0;
   /// Once its constraints have the impulses.
   virtual void keep(std::size_t) {}
@@ -41,12 +42,11 @@ class IslandStep : public ContactSolver {
   ContactReport& report() { return report_; }
 
  private:
-  void find_islands(std::span<ContactConstraint> constraints);
+  void find_islands();
   void begin(const ContactTick& tick, std::span<const Matrix> inverse_inertia_W);
   void try_islands();
-  void finish(const ContactTick& tick, std::span<ContactConstraint> constraints);
-  void finish_apart(std::span<const Matrix> inverse_inertia_W,
-                    std::span<ContactConstraint> constraints);
+  void finish(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
+  void finish_apart(std::span<const Matrix> inverse_inertia_W);
   void add(const ContactReport& soft);
   bool has(Fate fate) const;
 
@@ -58,11 +58,11 @@ class IslandStep : public ContactSolver {
   TickIslands islands_;
   std::vector<Island> islands_in_;
   IslandSolver solver_;
-  std::unique_ptr<ContactSolver> soft_;
+  std::unique_ptr<SoftSolver> soft_;
   std::vector<Fate> fates_;            // by island
   std::vector<BodyLine> ways_, ends_;  // by number: velocities that move places; at the end
   std::vector<std::int32_t> moving_;
-  std::vector<ContactConstraint> chosen_;
+  std::vector<ContactConstraint*> all_, chosen_;
 };
 
 }  // namespace cradle

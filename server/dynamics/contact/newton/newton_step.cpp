@@ -25,7 +25,7 @@ class NewtonStep final : public IslandStep {
   using IslandStep::IslandStep;
 
  private:
-  void choose(std::span<const Matrix>, std::span<ContactConstraint>) override {
+  void choose(std::span<const Matrix>, std::span<ContactConstraint* const>) override {
     std::ranges::fill(fates(), Fate::solved);
   }
   bool solve(std::size_t island) override {

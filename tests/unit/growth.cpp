@@ -1,6 +1,8 @@
 // The rows of the benchmark that tell how cost grows: their scenes, their exponents.
 #include "tests/bench/growth.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -83,8 +85,10 @@ TEST_CASE("growth: an exponent is that of a power law, and a row counts work and
   small.ticks = 3;
   const GrowthRow row = run(small, 1000);
   CHECK(row.work > 1000);
-  CHECK(row.bytes / 1000 > 500);
-  CHECK(row.bytes / 1000 < 1e5);
+  if (mallinfo2().uordblks > 0) {  // a sanitizer's allocator does not tell
+    CHECK(row.bytes / 1000 > 500);
+    CHECK(row.bytes / 1000 < 1e5);
+  }
   const std::array rows{row};
   CHECK(growth_line(Format::csv, small, rows).ends_with(",,\n"));
 }

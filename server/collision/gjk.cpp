@@ -160,7 +160,7 @@ void ClosestSearch::take(Difference next) {
   s_.corners[s_.count++] = next;
   // Where v . w > 0, a plane across v parts M from the origin.
   const bool is_outside = v_w > rounding;
-  Foot next_foot;
+  Foot next_foot{};
   if (!foot_on(s_, is_outside, next_foot)) {
     give_back();
     return end({});

@@ -5,6 +5,7 @@
 /// mass.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -51,6 +52,11 @@ struct BodyArrays {
       {};                       ///< m: what rounding has left out of x, for the next tick. Or empty
   std::span<Sway> sway = {};    ///< empty: nothing comes to rest before its velocities are 0
   std::span<Poise> poise = {};  ///< empty: nothing is remembered
+
+  /// m, of a body that yields: the largest radius of gyration.
+  double gyration(std::size_t i) const {
+    return std::sqrt(inertia[i].maxCoeff() * inverse_mass[i]);
+  }
 };
 
 struct ConstraintPoint {

@@ -45,10 +45,6 @@ double kinetic_energy(const BodyArrays& bodies, std::size_t i) {
 }
 
 /// m, of gyration at most.
-double gyration(const BodyArrays& bodies, std::size_t i) {
-  return std::sqrt(bodies.inertia[i].maxCoeff() * bodies.inverse_mass[i]);
-}
-
 bool is_still(const BodyArrays& bodies, std::size_t i) {
   return bodies.v[i].isZero(0) && bodies.w[i].isZero(0);
 }
@@ -155,7 +151,7 @@ void Settling::weigh(const ContactTick& tick, const BodyArrays& bodies,
     if (rests == 0) continue;
     const double left =
         std::max(bodies.inverse_mass[i] * loads_[k].force.norm(),
-                 gyration(bodies, i) * (inverse_inertia_W[i] * loads_[k].torque).norm());
+                 bodies.gyration(i) * (inverse_inertia_W[i] * loads_[k].torque).norm());
     if (!(left <= kTolerances.balance * bodies.acceleration[i].norm())) rests = 0;
     unbalanced_mps_ = std::max(unbalanced_mps_, rests != 0 ? tick.dt * left : 0);
   }
@@ -169,7 +165,7 @@ void Settling::measure(const ContactTick& tick, const BodyArrays& bodies, const 
     const std::size_t i = index(tick.moving[k]);
     if (is_calm[groups.of(k)] == 0) continue;
     Sway& now = sways_[groups.of(k)];
-    const double speed = bodies.v[i].norm() + gyration(bodies, i) * bodies.w[i].norm();
+    const double speed = bodies.v[i].norm() + bodies.gyration(i) * bodies.w[i].norm();
     now.kinetic_J += kinetic_energy(bodies, i);
     now.speed_mps = std::max(now.speed_mps, speed);
     now.bodies += 1;

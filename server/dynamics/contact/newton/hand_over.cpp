@@ -58,10 +58,6 @@ constexpr int kKeeping = 5, kTakingOver = 20;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-double gyration(const BodyArrays& bodies, std::size_t i) {
-  return std::sqrt(bodies.inertia[i].maxCoeff() * bodies.inverse_mass[i]);
-}
-
 }  // namespace
 
 void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
@@ -87,7 +83,7 @@ void HandOver::look_at_bodies() {
     const std::size_t i = index(moving_[k]);
     Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
     const Poise& poise = poises_[i];
-    const double speed = arrays_.v[i].norm() + gyration(arrays_, i) * arrays_.w[i].norm();
+    const double speed = arrays_.v[i].norm() + arrays_.gyration(i) * arrays_.w[i].norm();
     facts.speed_mps = std::max(facts.speed_mps, speed);
     facts.is_new |= poise.method == Poise::none;
     facts.was_soft |= poise.method == Poise::soft;

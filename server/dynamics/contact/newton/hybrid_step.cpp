@@ -8,8 +8,7 @@
 //   2. else Newton's method, from the velocities as they are, within a few iterations, of which it
 //      takes none where the gradient is small at once;
 //   3. else, or where overlaps are to be pushed out, or it begins to move: the soft step in the
-//   same
-//      tick, from where bodies were. What was not found is counted, as
+//      same tick, from where bodies were. What was not found is counted, as
 //      ContactReport::islands_makeshift.
 //
 // Cost: at rest 60 ns a manifold; what moves, as the soft step and 15 ns a body and contact.

@@ -94,17 +94,17 @@ FeatureContact deepest_point(const ConvexPair& pair, const SupportFeature& A,
                              const SupportFeature& B, const Vector& p_A_F, double s) {
   if (A.count == 1 && B.count == 1) {
     const Vector middle = 0.5 * (A.corners[0] + B.corners[0]);
-    return {{middle.x(), middle.y(), s}, middle.z(), 0};
+    return {{middle.x(), middle.y(), s}, middle.z(), 0, false};
   }
   if (A.count == 1) {
     const Vector& p = A.corners[0];
-    return {{p.x(), p.y(), s}, p.z() + 0.5 * s, A.corner_names[0]};
+    return {{p.x(), p.y(), s}, p.z() + 0.5 * s, A.corner_names[0], false};
   }
   if (B.count == 1) {
     const Vector& p = B.corners[0];
-    return {{p.x(), p.y(), s}, p.z() - 0.5 * s, B.corner_names[0]};
+    return {{p.x(), p.y(), s}, p.z() - 0.5 * s, B.corner_names[0], false};
   }
-  return {{p_A_F.x(), p_A_F.y(), s}, p_A_F.z() + pair.A.radius + 0.5 * s, 0};
+  return {{p_A_F.x(), p_A_F.y(), s}, p_A_F.z() + pair.A.radius + 0.5 * s, 0, false};
 }
 
 /// At most how far a point is outside of a box or hull; of other shapes it is not known.

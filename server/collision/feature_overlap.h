@@ -17,7 +17,7 @@ struct FeatureContact {
   std::uint32_t name;
   /// Between two sharp edges, which are taken to fall away by 45 degrees, but so far from both that
   /// it may be outside of the bodies by more than its separation tells.
-  bool is_guess = false;
+  bool is_guess;
 };
 
 /// At most two for each edge of one feature and one for each corner of the other.
@@ -28,7 +28,7 @@ struct FeatureContacts {
   double steepness = 0;  ///< what a separation changes by at most as the features slide, m / m
 
   void add(double x, double y, double z_A, double z_B, std::uint32_t name) {
-    items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name};
+    items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name, false};
   }
   bool any_within(double distance, double x, double y) const {
     return std::ranges::any_of(std::span(items).first(count), [&](const FeatureContact& c) {

@@ -135,12 +135,11 @@ void ExpandingSearch::end(double lead) {
   stage_ = Stage::found;
   // It need not be the face that told the direction: two edges make a parallelogram of M, which is
   // two faces here.
-  const bool is_at_foot = best_face_ >= 0 && polytope.has_foot(polytope.face(best_face_));
-  const int at_foot = is_at_foot ? best_face_ : polytope.face_at_foot(best_.n, best_.overlap);
-  if (at_foot >= 0) best_.p_A = polytope.foot_on_A(polytope.face(at_foot));
+  const int at_foot = polytope.face_at_foot(best_face_, best_.n, best_.overlap);
+  if (at_foot >= 0) best_.p_A = polytope.foot_on_A(at_foot);
   if (!(lead_wanted_ > 0)) return;
   best_.lead = lead > 0 && at_foot >= 0 ? lead : -1;
-  if (at_foot >= 0) best_.sine = edge_sine(polytope.corners_of(polytope.face(at_foot)));
+  if (at_foot >= 0) best_.sine = edge_sine(polytope.corners_of(at_foot));
 }
 
 PolytopeSearch::PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted,

@@ -36,9 +36,7 @@ class ExpandingSearch {
   bool take(const Difference& next);  ///< whether its direction is the best so far
   const LeastOverlap& best() const { return best_; }
   /// Of the one that it looked at last.
-  std::array<Difference, 3> corners_of_face() const {
-    return polytope.corners_of(polytope.face(face_));
-  }
+  std::array<Difference, 3> corners_of_face() const { return polytope.corners_of(face_); }
 
  private:
   enum class Stage { growing, leading, found, failed };

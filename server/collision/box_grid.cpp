@@ -9,26 +9,15 @@ namespace {
 constexpr std::uint32_t kLarge = ~0U;
 // Sizes are similar if 19 of 20 are at most this many times the median, along each axis.
 constexpr float kSimilar = 3;
-constexpr std::size_t kLargeMost = 16;     // one box in ... may be too large for the cells
-constexpr std::size_t kCellsPerBox = 2;    // at most: beyond, the grid is wound up more often
+constexpr float kRoomier = 1.25;         // boxes up to so much larger than those 19 fit a cell, too
+constexpr std::size_t kLargeMost = 16;   // one box in ... may be too large for the cells
+constexpr std::size_t kCellsPerBox = 2;  // at most: beyond, the grid is wound up more often
 constexpr std::size_t kSharedPerBox = 32;  // places in a box's cell, on average, at most
-constexpr float kCellReach = 1e9F;         // so that a cell is an int
 constexpr std::int32_t kNarrow = 4;        // cells: narrower than that, one cell is as good
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 }  // namespace
-
-/// Never turns order around: of two coordinates the larger has no smaller cell.
-std::int32_t BoxGrid::Axis::cell(float x) const {
-  return static_cast<std::int32_t>(std::clamp((x - origin) * cells_per_m, -kCellReach, kCellReach));
-}
-
-std::uint32_t BoxGrid::Axis::wound(std::int32_t cell) const {
-  if (cell >= 0 && cell < cells) return static_cast<std::uint32_t>(cell);
-  const std::int32_t rest = cell % cells;
-  return static_cast<std::uint32_t>(rest < 0 ? rest + cells : rest);
-}
 
 /// Cells as large as nearly all boxes of a sample, and as many as cover nearly all of it.
 bool BoxGrid::choose_axes(std::span<const FloatBox> boxes, std::span<const std::int32_t> slots) {
@@ -46,12 +35,15 @@ bool BoxGrid::choose_axes(std::span<const FloatBox> boxes, std::span<const std::
     const auto end = static_cast<std::ptrdiff_t>(count);
     std::sort(extents.begin(), extents.begin() + end);
     std::sort(corners.begin(), corners.begin() + end);
-    const float extent = extents[last];
-    if (!(extent > 0 && extent < kCellReach && extent <= kSimilar * extents[count / 2])) {
+    const float most_extent = extents[last];
+    if (!(most_extent > 0 && most_extent < kCellReach &&
+          most_extent <= kSimilar * extents[count / 2])) {
       return false;
     }
-    axes_[k].origin = corners[count / 20];
-    axes_[k].cells_per_m = 1 / extent;
+    const float extent =
+        *(std::upper_bound(extents.begin(), extents.begin() + end, kRoomier * most_extent) - 1);
+    origin_[k] = corners[count / 20];
+    cells_per_m_[k] = 1 / extent;
     widths[k] = 1 + 1.1 * (double{corners[last]} - corners[count / 20]) / double{extent};
   }
   const double cells_max = static_cast<double>(kCellsPerBox * slots.size()) + 64;
@@ -75,13 +67,11 @@ bool BoxGrid::count(std::span<const FloatBox> boxes, std::span<const std::int32_
   large_.clear();
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const FloatBox& box = boxes[index(slots[i])];
-    std::uint32_t cell = 0;
-    bool fits = true;
-    for (std::size_t k = 3; k-- > 0;) {
-      const std::int32_t low = axes_[k].cell(box.lower[k]);
-      fits &= axes_[k].cell(box.upper[k]) <= low + 1;
-      cell = cell * static_cast<std::uint32_t>(axes_[k].cells) + axes_[k].wound(low);
-    }
+    const Cells low = cells_at(box.lower), high = cells_at(box.upper);
+    const bool fits = high[0] <= low[0] + 1 && high[1] <= low[1] + 1 && high[2] <= low[2] + 1;
+    const std::uint32_t cell =
+        (axes_[2].wound(low[2]) * axes_[1].size() + axes_[1].wound(low[1])) * axes_[0].size() +
+        axes_[0].wound(low[0]);
     cells_of_[i] = fits ? cell : kLarge;
     if (fits) {
       ++begins_[cell];

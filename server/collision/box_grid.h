@@ -6,9 +6,11 @@
 /// bodies anywhere. Cost: O(n), where the cells are not crowded.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -30,27 +32,60 @@ class BoxGrid {
   template <class F>
   std::int64_t join(F&& visit) const;
 
+  /// Calls `visit(slot, other)` for every box that overlaps this one, of any size, but for the
+  /// large ones, until it returns false. Returns the cells looked at.
+  template <class F>
+  std::int64_t query(const FloatBox& box, std::int32_t slot, F&& visit) const;
+
  private:
   struct Range {
     std::uint32_t begin, end;  // of boxes
   };
   struct Axis {
-    float origin = 0, cells_per_m = 0;
     std::int32_t cells = 1;
 
-    std::int32_t cell(float x) const;
-    std::uint32_t wound(std::int32_t cell) const;
+    std::uint32_t wound(std::int32_t cell) const {
+      if (cell >= 0 && cell < cells) return static_cast<std::uint32_t>(cell);
+      const std::int32_t rest = cell % cells;
+      return static_cast<std::uint32_t>(rest < 0 ? rest + cells : rest);
+    }
+    std::uint32_t size() const { return static_cast<std::uint32_t>(cells); }
   };
+
+  using Cells = std::int32_t __attribute__((vector_size(16)));
+  static constexpr float kCellReach = 1e9F;  // so that a cell is an int
+
+  /// Never turns order around: of two coordinates the larger has no smaller cell.
+  Cells cells_at(const std::array<float, 4>& corner) const;
 
   bool choose_axes(std::span<const FloatBox> boxes, std::span<const std::int32_t> slots);
   bool count(std::span<const FloatBox> boxes, std::span<const std::int32_t> slots);
   void scatter(std::span<const FloatBox> boxes, std::span<const std::int32_t> slots);
-  std::size_t add_row(std::int32_t x, std::int32_t y, std::int32_t z, std::int32_t x_first,
-                      Range* ranges) const;
+  /// Of the boxes in cells of interest: two a row where that is wound around.
+  struct Ranges {
+    std::array<Range, 10> ranges;
+    std::size_t count = 0;
+    void add(Range range) { ranges[count++] = range; }
+  };
+  /// The rows after (y, z) among those beside it, by their first cells.
+  struct Rows {
+    std::array<std::size_t, 4> firsts;
+    std::size_t count = 0;
+  };
+
+  Rows rows_after(std::int32_t y, std::int32_t z) const;
+  /// The cells x - 1 .. x + 1 of a row.
+  void add_row(std::size_t first, std::int32_t x, Ranges& ranges) const;
+  /// The cells after x of a row among those beside it, and of the others. The first range begins
+  /// with the boxes of x.
+  Ranges ranges_from(std::size_t first, std::int32_t x, const Rows& others) const;
+  template <class F>
+  bool visit_ranges(const Probe& probe, std::int32_t slot, const Ranges& ranges, F& visit) const;
   template <class F>
   bool visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const;
 
   std::array<Axis, 3> axes_;
+  alignas(16) std::array<float, 4> origin_{}, cells_per_m_{};  // of the axes
   std::vector<std::int32_t> large_;
   std::vector<std::uint32_t> cells_of_;  // by place in `slots`; kLarge: none
   std::vector<std::uint32_t> begins_;    // of each cell in the arrays below, and the end
@@ -59,37 +94,80 @@ class BoxGrid {
   std::size_t stride_ = 0;               // of bounds_
 };
 
-/// The cells x_first, .. 1 beside (x, y, z) in its row, as ranges of boxes. Returns their number.
-inline std::size_t BoxGrid::add_row(std::int32_t x, std::int32_t y, std::int32_t z,
-                                    std::int32_t x_first, Range* ranges) const {
-  const auto wind = [](std::int32_t cell, std::int32_t cells) {
-    return cell < 0 ? cell + cells : cell >= cells ? cell - cells : cell;
+inline BoxGrid::Cells BoxGrid::cells_at(const std::array<float, 4>& corner) const {
+  using Four = float __attribute__((vector_size(16)));
+  Four x, origin, scale;
+  std::memcpy(&x, corner.data(), sizeof x);
+  std::memcpy(&origin, origin_.data(), sizeof origin);
+  std::memcpy(&scale, cells_per_m_.data(), sizeof scale);
+  const Four least = {-kCellReach, -kCellReach, -kCellReach, 0}, most = -least;
+  x = (x - origin) * scale;
+  x = x < least ? least : x;
+  x = x > most ? most : x;
+  return __builtin_convertvector(x, Cells);
+}
+
+inline BoxGrid::Rows BoxGrid::rows_after(std::int32_t y, std::int32_t z) const {
+  const std::int32_t ny = axes_[1].cells, nz = axes_[2].cells;
+  Rows rows;
+  const auto add = [&](std::int32_t at_y, std::int32_t at_z) {
+    const std::uint32_t row = axes_[2].wound(at_z) * axes_[1].size() + axes_[1].wound(at_y);
+    rows.firsts[rows.count++] = std::size_t{row} * axes_[0].size();
   };
+  if (ny > 1) add(y + 1, z);
+  if (nz > 1 && ny > 1) add(y - 1, z + 1);
+  if (nz > 1) add(y, z + 1);
+  if (nz > 1 && ny > 1) add(y + 1, z + 1);
+  return rows;
+}
+
+inline void BoxGrid::add_row(std::size_t first, std::int32_t x, Ranges& ranges) const {
   const std::int32_t nx = axes_[0].cells;
-  const std::int32_t row =
-      (wind(z, axes_[2].cells) * axes_[1].cells + wind(y, axes_[1].cells)) * nx;
-  const auto range = [&](std::int32_t first, std::int32_t last) {
-    return Range{begins_[static_cast<std::size_t>(row + first)],
-                 begins_[static_cast<std::size_t>(row + last) + 1]};
-  };
-  if (nx == 1) {
-    if (x_first > 0) return 0;
-    ranges[0] = range(0, 0);
-    return 1;
+  const std::uint32_t* const begins = begins_.data() + first;
+  ranges.add({begins[std::max(x - 1, 0)], begins[std::min(x + 2, nx)]});
+  if (nx == 1) return;
+  if (x == 0) ranges.add({begins[nx - 1], begins[nx]});
+  if (x == nx - 1) ranges.add({begins[0], begins[1]});
+}
+
+inline BoxGrid::Ranges BoxGrid::ranges_from(std::size_t first, std::int32_t x,
+                                            const Rows& others) const {
+  const std::int32_t nx = axes_[0].cells;
+  const std::uint32_t* const begins = begins_.data() + first;
+  Ranges ranges;
+  ranges.add({begins[x], begins[std::min(x + 2, nx)]});
+  if (x + 1 == nx && nx > 1) ranges.add({begins[0], begins[1]});
+  for (std::size_t r = 0; r < others.count; ++r) add_row(others.firsts[r], x, ranges);
+  return ranges;
+}
+
+/// Of each range four boxes at once, which is most of them as a rule: no branches until then.
+template <class F>
+bool BoxGrid::visit_ranges(const Probe& probe, std::int32_t slot, const Ranges& ranges,
+                           F& visit) const {
+  const float* const lower = bounds_.data();
+  const float* const upper = lower + 3 * stride_;
+  std::uint64_t hits = 0;
+  bool has_more = false;
+  for (std::size_t r = 0; r < ranges.count; ++r) {
+    const Range range = ranges.ranges[r];
+    const std::uint32_t count = range.end - range.begin;
+    const unsigned within = (1U << std::min<std::uint32_t>(count, kLanes)) - 1;
+    const unsigned here = probe.overlaps(lower + range.begin, upper + range.begin, stride_);
+    hits |= std::uint64_t{here & within} << (kLanes * r);
+    has_more |= count > kLanes;
   }
-  const std::int32_t first = x + x_first, last = x + 1;
-  if (first >= 0 && last < nx) {
-    ranges[0] = range(first, last);
-    return 1;
+  for (; hits != 0; hits &= hits - 1) {
+    const auto bit = static_cast<unsigned>(std::countr_zero(hits));
+    if (!visit(slot, slots_[ranges.ranges[bit / kLanes].begin + bit % kLanes])) return false;
   }
-  if (first < 0) {
-    ranges[0] = range(nx - 1, nx - 1);
-    ranges[1] = range(0, last);
-  } else {
-    ranges[0] = range(0, 0);
-    ranges[1] = first < nx ? range(first, nx - 1) : Range{0, 0};
+  for (std::size_t r = 0; has_more && r < ranges.count; ++r) {
+    const auto [begin, end] = ranges.ranges[r];
+    if (end - begin <= kLanes) continue;
+    if (!visit_range(probe, slot, {begin + static_cast<std::uint32_t>(kLanes), end}, visit))
+      return false;
   }
-  return 2;
+  return true;
 }
 
 template <class F>
@@ -107,32 +185,48 @@ bool BoxGrid::visit_range(const Probe& probe, std::int32_t slot, Range range, F&
 }
 
 template <class F>
+std::int64_t BoxGrid::query(const FloatBox& box, std::int32_t slot, F&& visit) const {
+  const Cells low = cells_at(box.lower), high = cells_at(box.upper);
+  std::array<std::int32_t, 3> first, count;
+  for (std::size_t k = 0; k < 3; ++k) {
+    first[k] = static_cast<std::int32_t>(axes_[k].wound(low[k] - 1));
+    count[k] = std::min(high[k] - low[k] + 2, axes_[k].cells);
+  }
+  const Probe probe(box);
+  const std::int32_t past = std::max(first[0] + count[0] - axes_[0].cells, 0);
+  std::int64_t looked_at = 0;
+  for (std::int32_t z = 0; z < count[2]; ++z) {
+    for (std::int32_t y = 0; y < count[1]; ++y) {
+      const std::uint32_t row =
+          axes_[2].wound(first[2] + z) * axes_[1].size() + axes_[1].wound(first[1] + y);
+      const std::uint32_t* const begins = begins_.data() + row * axes_[0].size();
+      looked_at += count[0];
+      const Range ahead{begins[first[0]], begins[first[0] + count[0] - past]};
+      if (!visit_range(probe, slot, ahead, visit)) return looked_at;
+      if (past > 0 && !visit_range(probe, slot, {begins[0], begins[past]}, visit)) return looked_at;
+    }
+  }
+  return looked_at;
+}
+
+template <class F>
 std::int64_t BoxGrid::join(F&& visit) const {
   std::int64_t looked_at = 0;
-  const auto [nx, ny, nz] = std::array{axes_[0].cells, axes_[1].cells, axes_[2].cells};
-  std::size_t cell = 0;
-  for (std::int32_t z = 0; z < nz; ++z) {
-    for (std::int32_t y = 0; y < ny; ++y) {
-      for (std::int32_t x = 0; x < nx; ++x, ++cell) {
-        const Range own{begins_[cell], begins_[cell + 1]};
-        if (own.begin == own.end) continue;
+  std::size_t first = 0;
+  for (std::int32_t z = 0; z < axes_[2].cells; ++z) {
+    for (std::int32_t y = 0; y < axes_[1].cells; ++y, first += axes_[0].size()) {
+      const Rows others = rows_after(y, z);
+      for (std::int32_t x = 0; x < axes_[0].cells; ++x) {
+        const std::uint32_t* const own = begins_.data() + first + x;
+        if (own[0] == own[1]) continue;
         ++looked_at;
-        std::array<Range, 12> ranges;
-        std::size_t rows = add_row(x, y, z, 1, ranges.data());
-        if (ny > 1) rows += add_row(x, y + 1, z, -1, ranges.data() + rows);
-        if (nz > 1) {
-          for (std::int32_t dy = ny > 1 ? -1 : 0; dy <= (ny > 1 ? 1 : 0); ++dy) {
-            rows += add_row(x, y + dy, z + 1, -1, ranges.data() + rows);
-          }
-        }
-        for (std::uint32_t i = own.begin; i < own.end; ++i) {
+        Ranges ranges = ranges_from(first, x, others);
+        for (std::uint32_t i = own[0]; i < own[1]; ++i) {
           const float* const at = bounds_.data() + i;
           const Probe probe(at[0], at[stride_], at[2 * stride_], at[3 * stride_], at[4 * stride_],
                             at[5 * stride_]);
-          if (!visit_range(probe, slots_[i], {i + 1, own.end}, visit)) return looked_at;
-          for (std::size_t r = 0; r < rows; ++r) {
-            if (!visit_range(probe, slots_[i], ranges[r], visit)) return looked_at;
-          }
+          ranges.ranges[0].begin = i + 1;
+          if (!visit_ranges(probe, slots_[i], ranges, visit)) return looked_at;
         }
       }
     }

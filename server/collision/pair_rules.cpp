@@ -71,7 +71,7 @@ void PairSorter::sort(std::size_t slots, std::vector<BodyPair>& pairs) {
   auto row = pairs.begin();
   for (std::size_t slot = 0; slot < slots; ++slot) {
     const auto end = pairs.begin() + static_cast<std::ptrdiff_t>(row_ends_[slot]);
-    std::sort(row, end);
+    if (end - row > 1) std::sort(row, end);
     row = end;
   }
 }

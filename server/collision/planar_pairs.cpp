@@ -128,6 +128,7 @@ bool meet_corners(Meet& meet, bool on_B, const BestEdge& best) {
   const auto meet_corner = [&](int corner) {
     const int i = on_B ? corner : end, j = on_B ? end : corner;
     const Point d = meet.B.corner(j) - meet.A.corner(i);
+    if (!(d.norm() > kTolerances.coincident_m)) return false;
     if (!is_farthest(meet.A, i, d) || !is_farthest(meet.B, j, -d)) return false;
     meet.add_corners(i, j, d);
     return true;
@@ -204,7 +205,8 @@ Manifold collide_convex(const Collider& collider_A, const Collider& collider_B, 
   const BestEdge& best = on_B ? of_B : of_A;
   if (!(best.s <= reach && best.s > -kInfinity)) return meet.manifold;
 
-  if (best.s > kTolerances.coincident_m && meet_corners(meet, on_B, best)) return meet.manifold;
+  // The core of a capsule is a line: what lies on it beyond its ends is at no height, and apart.
+  if (best.s > -kTolerances.coincident_m && meet_corners(meet, on_B, best)) return meet.manifold;
   clip(meet, on_B, best);
   return meet.manifold;
 }

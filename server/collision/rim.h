@@ -4,6 +4,7 @@
 /// Lengths in m. Directions are tried by calling `attempt(n)` with unit vectors.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/collision/geometry.h"
@@ -34,6 +35,9 @@ struct SeenAlong {
   double r, b, up;  ///< the ellipses are `up` from the middle along w
   bool is_round;    ///< the edge is along the axis: no ellipse
 
+  /// Across an edge the ellipses would be lines, whose ends have no normals.
+  static constexpr double kFlattest = 1e-12;
+
   SeenAlong(const Cylinder& cylinder, const Vector& edge) : r(cylinder.radius) {
     const double along = edge.dot(cylinder.axis);
     const Vector across = cylinder.axis.cross(edge);
@@ -43,7 +47,7 @@ struct SeenAlong {
     const double sine = std::sqrt(sine2);
     u = across / sine;
     w = edge.cross(u);
-    b = r * std::abs(along);
+    b = r * std::max(std::abs(along), kFlattest);
     up = cylinder.half_length * sine;
   }
 

@@ -79,6 +79,19 @@ CompositePair* composite_of(World::State& s, std::size_t pair) {
   return found != end && found->pair == pair ? &*found : nullptr;
 }
 
+bool has_overlap(const Manifold& manifold) {
+  const auto points = std::span(manifold.points).first(static_cast<std::size_t>(manifold.count));
+  return std::ranges::any_of(points, [](const ContactPoint& p) { return p.separation < 0; });
+}
+
+/// Whether they touch where the tick begins. A search for impacts with a surface does not tell of a
+/// body whose middle is inside.
+bool overlap_already(World::State& s, std::size_t pair) {
+  const CompositePair* composite = composite_of(s, pair);
+  return has_overlap(s.manifolds[pair]) ||
+         (composite != nullptr && std::ranges::any_of(composite->manifolds, has_overlap));
+}
+
 void forget_manifolds(World::State& s, std::size_t pair) {
   s.manifolds[pair] = {};
   if (CompositePair* composite = composite_of(s, pair)) composite->manifolds.clear();
@@ -278,7 +291,7 @@ void foresee_impacts(World::State& s, Executor& executor) {
       const std::size_t a = index(slot_A), b = index(slot_B);
       TimeOfImpact& impact = s.fast.found[index(m)];
       impact = meet(s, a, meeting.A, b, meeting.B, ImpactGoal::touch);
-      if (impact.began_touching) continue;
+      if (impact.began_touching || overlap_already(s, meeting.pair)) continue;
       forget_manifolds(s, meeting.pair);
       if (impact.kind == TimeOfImpact::Kind::none) continue;
       meeting.time = impact.time;

@@ -201,4 +201,15 @@ TEST_CASE("round rods that spin about their axes do not pass flat ground") {
   CHECK(passed == 0);
 }
 
+TEST_CASE("a fast body whose middle is below the ground is pushed out of it, as a slow one is") {
+  // Radius 5 cm: from 1.5 m/s on it moves further in a tick than half its width.
+  const double speed = GENERATE(0.5, 1.4, 3.0, 5.0, 20.0);
+  CAPTURE(speed);
+  World world(settings());
+  add_surface(world, flat_field());
+  const BodyId body = add(world, ball(0.05, {0.1, 0.13, -0.001}, {0, 0, -speed}));
+  steps(world, 120);
+  CHECK(state(world, body).p_WBo.z > 0.045);
+}
+
 }  // namespace cradle

@@ -33,11 +33,13 @@ const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int3
   return hull.vertices[index(hint)];
 }
 
-/// Where a disc about z of radius r reaches farthest along d: x and y.
-Eigen::Vector2d rim(double r, const Vector& d) {
-  const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
-  if (!(across > 0)) return Eigen::Vector2d::Zero();
-  return {r * (d.x() / across), r * (d.y() / across)};
+/// How far d reaches beside z.
+double across_z(const Vector& d) { return std::sqrt(d.x() * d.x() + d.y() * d.y()); }
+
+/// Where a disc about z of radius r, at the height z, reaches farthest along d.
+Vector on_rim(double r, double z, const Vector& d, double across) {
+  const double scale = across > 0 ? r / across : 0;
+  return {scale * d.x(), scale * d.y(), z};
 }
 
 }  // namespace
@@ -107,21 +109,18 @@ Vector ConvexShape::support(const Vector& d, std::int32_t& hint) const {
               d.z() < 0 ? -size.z() : size.z()};
     case ShapeKind::capsule:
       return {0, 0, d.z() < 0 ? -size.y() : size.y()};
-    case ShapeKind::cylinder: {
-      const Eigen::Vector2d edge = rim(size.x(), d);
-      return {edge.x(), edge.y(), d.z() < 0 ? -size.y() : size.y()};
-    }
+    case ShapeKind::cylinder:
+      return on_rim(size.x(), d.z() < 0 ? -size.y() : size.y(), d, across_z(d));
     case ShapeKind::cone: {
-      const Eigen::Vector2d edge = rim(size.x(), d);
-      const double lead_of_tip = 2 * size.y() * d.z() - (edge.x() * d.x() + edge.y() * d.y());
-      if (lead_of_tip > 0) return {0, 0, size.y()};
-      return {edge.x(), edge.y(), -size.y()};
+      const double across = across_z(d);
+      if (2 * size.y() * d.z() > size.x() * across) return {0, 0, size.y()};
+      return on_rim(size.x(), -size.y(), d, across);
     }
     case ShapeKind::ellipsoid: {
       const Vector stretched = size.cwiseProduct(d);
       const double length = stretched.norm();
       if (!(length > 0)) return {size.x(), 0, 0};
-      return size.cwiseProduct(stretched) / length;
+      return size.cwiseProduct(stretched) * (1 / length);
     }
     case ShapeKind::hull:
       return support_of_hull(*hull, d, hint);

@@ -90,9 +90,53 @@ class BestDirection {
     }
   }
 
+  /// The flat face of a shape that is nearest to the other's centre, which is at `c`.
+  void try_likely(const ConvexShape& shape, const Vector& c, Of of) {
+    const double radius = of == Of::A ? pair_.B.inner_radius : pair_.A.inner_radius;
+    const auto try_at = [&](const Vector& n, double offset, double along, std::int32_t face) {
+      if (offset + radius - along < best_.overlap) try_flat(n, offset, of, face);
+    };
+    switch (shape.kind) {
+      case ShapeKind::box: {
+        int axis = 0;
+        (shape.size - c.cwiseAbs()).minCoeff(&axis);
+        const Vector n = c[axis] < 0 ? Vector(-Vector::Unit(axis)) : Vector::Unit(axis);
+        return try_at(n, shape.size[axis], std::abs(c[axis]), 0);
+      }
+      case ShapeKind::cylinder:
+        return try_at({0, 0, c.z() < 0 ? -1.0 : 1.0}, shape.size.y(), std::abs(c.z()), 0);
+      case ShapeKind::cone:
+        return try_at({0, 0, -1}, shape.size.y(), -c.z(), 0);
+      case ShapeKind::hull: {
+        const ConvexHull& hull = *shape.hull;
+        const std::size_t f = nearest_face(hull, c, of == Of::A ? hints_.A : hints_.B);
+        const Vector& n = hull.normals[f];
+        return try_at(n, hull.offsets[f], n.dot(c), static_cast<std::int32_t>(f));
+      }
+      default:
+        return;
+    }
+  }
+
   const FaceDirection& best() const { return best_; }
 
  private:
+  /// Of the faces at a vertex the one whose plane is nearest to c.
+  static std::size_t nearest_face(const ConvexHull& hull, const Vector& c, std::int32_t vertex) {
+    const auto v = static_cast<std::size_t>(vertex);
+    const auto first = static_cast<std::size_t>(hull.around_first[v]);
+    const auto last = static_cast<std::size_t>(hull.around_first[v + 1]);
+    std::size_t nearest = 0;
+    double least = kInfinity;
+    for (std::size_t k = first; k < last; ++k) {
+      const auto f =
+          static_cast<std::size_t>(hull.face_at[static_cast<std::size_t>(hull.around[k])]);
+      const double distance = hull.offsets[f] - hull.normals[f].dot(c);
+      if (distance < least) least = distance, nearest = f;
+    }
+    return nearest;
+  }
+
   /// A direction out of the shape, in its frame.
   void try_normal(const Vector& n, Of of) {
     try_direction(of == Of::A ? n : Vector(-(pair_.R * n)));
@@ -219,6 +263,13 @@ FaceDirection best_face(const ConvexPair& pair, SupportHints& hints) {
   best.try_faces(pair.A, pair.centre + pair.A.centre, FaceDirection::Of::A);
   best.try_faces(pair.B, pair.R.transpose() * (pair.A.centre - pair.t), FaceDirection::Of::B);
   if (!std::isfinite(best.best().overlap)) best.try_direction(Vector::UnitZ());
+  return best.best();
+}
+
+FaceDirection likely_face(const ConvexPair& pair, SupportHints& hints) {
+  BestDirection best(pair, hints);
+  best.try_likely(pair.A, pair.centre + pair.A.centre, FaceDirection::Of::A);
+  best.try_likely(pair.B, pair.R.transpose() * (pair.A.centre - pair.t), FaceDirection::Of::B);
   return best.best();
 }
 

@@ -22,6 +22,10 @@ struct FaceDirection : Direction {
 /// are compared, up to 256 each.
 FaceDirection best_face(const ConvexPair& pair, SupportHints& hints);
 
+/// Of each shape the flat face nearest to the other's centre; of a hull those at the corner that
+/// the hints name. No overlap: there is none.
+FaceDirection likely_face(const ConvexPair& pair, SupportHints& hints);
+
 /// m, how far inside the sides of its face what reaches deepest behind it is.
 double inside_face(const ConvexPair& pair, const FaceDirection& face);
 

@@ -86,7 +86,11 @@ ConvexShape::ConvexShape(const Collider& collider) : kind(collider.shape.kind) {
     case ShapeKind::mesh:
       *this = ConvexShape(*collider.triangle);
       return;
-    default:  // box, ellipsoid
+    case ShapeKind::ellipsoid:
+      inner_radius = size.minCoeff();
+      rolling_radius = inner_radius * inner_radius / size.maxCoeff();
+      break;
+    default:  // box
       inner_radius = size.minCoeff();
       break;
   }

@@ -23,6 +23,7 @@ struct ConvexShape {
   double radius = 0;               ///< that the core is grown by
   Vector centre = Vector::Zero();  ///< well inside
   double inner_radius = 0;         ///< of a ball about `centre` that the core holds
+  double rolling_radius = 0;       ///< of a ball that can roll everywhere inside the core
   double thickness = 0;  ///< m, what counts as small beside the shape: half its least width
 
   /// A hull must come with its geometry, a mesh with its triangle. Not for half-spaces and what has

@@ -156,7 +156,7 @@ std::array<double, 3> ExpandingPolytope::weights_at_foot(int f) const {
 }
 
 int ExpandingPolytope::face_at_foot(int f, const Vector& n, double distance) const {
-  if (f >= 0 && std::ranges::min(weights_at_foot(f)) >= 0) return f;
+  if (f >= 0 && has_foot(f)) return f;
   // Removed faces count, too: their corners are in M, and that is all that is asked of them.
   int best = -1;
   double inside = -std::numeric_limits<double>::infinity();

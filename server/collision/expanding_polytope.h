@@ -40,6 +40,21 @@ class ExpandingPolytope {
   std::array<Difference, 3> corners_of(int f) const {
     return {corner(edge_of(f)), corner(edge_of(f) + 1), corner(edge_of(f) + 2)};
   }
+  /// Of a face's corners in the foot of the origin: below zero where it is beyond an edge.
+  std::array<double, 3> weights_at_foot(int f) const;
+  bool has_foot(int f) const { return std::ranges::min(weights_at_foot(f)) >= 0; }
+  /// Whether the face is there, and the point beyond it by more than `sure`, m.
+  bool sees(int f, const Vector& w, double sure) const {
+    const Face& seen = face(f);
+    return !is_removed_[static_cast<std::size_t>(f)] && seen.n.dot(w) - seen.distance > sure;
+  }
+  /// Some face that the point is beyond so; -1: none.
+  int face_seen_from(const Vector& w, double sure) const {
+    for (int f = 0; f < static_cast<int>(face_count_); ++f) {
+      if (sees(f, w, sure)) return f;
+    }
+    return -1;
+  }
 
  private:
   static constexpr std::size_t kFacesMax = 4 * kCornersMax;  // in all, removed ones among them
@@ -51,9 +66,6 @@ class ExpandingPolytope {
   static Edge edge_of(int f) { return 4 * static_cast<Edge>(f); }
   static Edge next_of(Edge edge) { return edge % 4 == 2 ? edge - 2 : edge + 1; }
   const Difference& corner(Edge edge) const { return corners_[start_[edge]]; }
-
-  /// Of a face's corners in the foot of the origin: below zero where it is beyond an edge.
-  std::array<double, 3> weights_at_foot(int f) const;
 
   /// Its first edge; its plane has yet to be set.
   Edge add_face(std::uint8_t a, std::uint8_t b, std::uint8_t c);

@@ -6,32 +6,22 @@
 //
 // Boxes, capsules and cylinders among themselves: closed_overlap.cpp. The others here.
 //
-// Cores with corners only: polytope_search.cpp.
+// Cores with corners only: polytope_search.cpp. Curved ones: curved_search.cpp. Here it is chosen
+// among them, and here are those with a flat shape, a triangle.
 //
-// Curved ones. The search begins at the best of the directions in which shapes use to leave each
-// other: their faces and sides. If that is certainly best, all is done. Else B is moved out along
-// it so that the cores are apart, and roughly closest points lead to where Newton's method finds a
-// local minimum (polish.h). Then the polytope looks whether another one is lower: it passes a face
-// through the minimum found that leans by less than 10 or 15 degrees, so one that is up to 1.5 or
-// 3.5 % lower can be hidden there: seen in 1 of 5000 random poses, at rims of cones.
+// A flat shape has no far side, and no inside for a polytope to grow from. The search begins at the
+// best of the directions in which shapes use to leave each other: their faces and sides. If that is
+// certainly best, all is done. Else B is moved out along it so that the cores are apart, and
+// roughly closest points lead to where Newton's method finds a local minimum (polish.h). Where
+// parts are flat Newton's method is no help, and the way down goes by steps (descent.h). A triangle
+// can be left by its edges, too: cores clearly apart from it are told by their closest points, and
+// what seems to overlap is looked at once more from there (look_past_edges).
 //
-// Where parts are flat Newton's method is no help, and the way down goes by steps (descent.h). A
-// flat shape, a triangle, can be left by its edges, too: cores clearly apart from it are told by
-// their closest points, and what seems to overlap is looked at once more from there
-// (look_past_edges).
-//
-// Where we differ from the expanding polytope algorithm (van den Bergen 2001): curved shapes need
-// no more than a few corners, as the polytope only compares minima; and where faces kiss it begins
-// at a tetrahedron of its own.
-//
-// Cost at -O3: polytopes as there; curved shapes 0.7 us, and as much again to look for other
-// minima; deep 2 .. 4 us.
-#include <array>
+// Cost at -O3: as in the files named; with a flat shape 0.7 us.
 #include <cmath>
-#include <numbers>
-#include <span>
 
 #include "server/collision/closed_overlap.h"
+#include "server/collision/curved_search.h"
 #include "server/collision/descent.h"
 #include "server/collision/lead.h"
 #include "server/collision/polish.h"
@@ -47,16 +37,11 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRoughGap = 0.1;
 constexpr double kBeside = 20;
 
-// The search for a lower minimum, which must be lower by the share to count.
-constexpr int kSeekMax = 40;  // corners; the deepest overlaps of round shapes would take more
-constexpr double kSeekShare = 1e-6;
-constexpr double kThrough = 1e-3;  // of the overlap: a plane so near to the minimum goes through it
-constexpr double kSameCosine = 0.965, kSameCosineAtEdges = 0.985;
-
-/// The local minimum that closest points lead to from a direction, with the corners that it is
-/// between; not found where rounding or flat parts are in the way.
-bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, Simplex& simplex,
-               SupportHints& hints, LeastOverlap& least) {
+/// The local minimum that closest points lead to from a direction; not found where rounding or flat
+/// parts are in the way.
+bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, SupportHints& hints,
+               LeastOverlap& least) {
+  Simplex simplex;
   simplex.gap = kRoughGap;
   const double out = from.overlap > 0 ? from.overlap + kBeside * pair.small_length() : 0;
   const Closest found =
@@ -71,65 +56,6 @@ bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, 
     return false;
   }
   return polish(pair, found.n, simplex, hints, least) && least.overlap <= from.overlap + kSure_m;
-}
-
-/// A polytope about the local minimum at n, which is between the corners of the simplex.
-bool begin_at(const ConvexPair& pair, const Vector& n, const Simplex& simplex, SupportHints& hints,
-              ExpandingPolytope& polytope) {
-  std::array<Difference, 4> corners = simplex.corners;
-  if (simplex.count == 3) {
-    corners[3] = support(pair, -n, hints);
-    return polytope.begin(corners);
-  }
-  for (const double aside : {0.45, 2.0}) {
-    if (simplex.count == 2) {
-      const Vector e = aside * n.cross(corners[1].w - corners[0].w).normalized();
-      corners[2] = support(pair, n + e, hints);
-      corners[3] = support(pair, n - e, hints);
-    } else {
-      const Vector e = aside * unit_across(n), f = n.cross(e);
-      constexpr double kRoot = std::numbers::sqrt3 / 2;
-      if (simplex.count == 0) corners[0] = support(pair, n, hints);
-      corners[1] = support(pair, n + e, hints);
-      corners[2] = support(pair, n + (-0.5 * e + kRoot * f), hints);
-      corners[3] = support(pair, n + (-0.5 * e - kRoot * f), hints);
-    }
-    if (polytope.begin(corners)) return true;
-  }
-  return false;
-}
-
-/// Looks whether another minimum is lower.
-void seek_lower(const ConvexPair& pair, const Simplex& simplex, SupportHints& hints,
-                LeastOverlap& best) {
-  ExpandingPolytope polytope;
-  if (!begin_at(pair, best.n, simplex, hints, polytope) && !begin_anywhere(pair, hints, polytope)) {
-    return;
-  }
-  const bool is_smooth = pair.A.kind == ShapeKind::ellipsoid || pair.B.kind == ShapeKind::ellipsoid;
-  const double same_cosine = is_smooth ? kSameCosine : kSameCosineAtEdges;
-  bool has_begun_anew = false;
-  for (int step = 0; step < kSeekMax; ++step) {
-    const double bound = best.overlap * (1 - kSeekShare) - kSure_m;
-    const int nearest = polytope.nearest(bound);
-    if (nearest < 0) return;
-    const ExpandingPolytope::Face& face = polytope.face(nearest);
-    const Difference next = support(pair, face.n, hints);
-    const double overlap = face.n.dot(next.w);
-    if (overlap < best.overlap * (1 - kSeekShare) - kSure_m) {
-      const LeastOverlap other = descend(pair, {face.n, overlap}, hints);
-      if (other.overlap < best.overlap) best = other;
-    }
-    const double cosine = face.n.dot(best.n);
-    const bool is_around_best =
-        cosine > same_cosine && face.distance > (cosine - kThrough) * best.overlap - kSure_m;
-    if (is_around_best || overlap - face.distance <= kSure_m) {
-      polytope.close(nearest);
-    } else if (!polytope.expand(nearest, next)) {
-      if (has_begun_anew || !begin_anywhere(pair, hints, polytope)) return;
-      has_begun_anew = true;
-    }
-  }
 }
 
 /// Cores with corners only, one of them flat, that are clearly apart: closest points tell all.
@@ -181,11 +107,10 @@ void look_past_edges(const ConvexPair& pair, double limit, SupportHints& hints,
   }
 }
 
-LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
-                       SupportHints& hints) {
+LeastOverlap of_flat(const ConvexPair& pair, double limit, double lead_wanted,
+                     SupportHints& hints) {
   LeastOverlap apart;
-  if (pair.has_flat() && has_corners(pair.A) && has_corners(pair.B) &&
-      are_clearly_apart(pair, limit, hints, apart)) {
+  if (has_corners(pair.A) && has_corners(pair.B) && are_clearly_apart(pair, limit, hints, apart)) {
     return apart;
   }
   const FaceDirection face = best_face(pair, hints);
@@ -198,9 +123,7 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
             leads ? lead_wanted : -1};
   }
   LeastOverlap best;
-  Simplex corners;
-  if (!find_near(pair, face, limit, corners, hints, best)) {
-    corners.count = 0;
+  if (!find_near(pair, face, limit, hints, best)) {
     Simplex simplex;
     const Closest found = closest(pair, Vector::Zero(), face.n, limit, simplex, hints);
     if (found.kind == Closest::Kind::beyond_limit) return LeastOverlap::beyond(found.distance);
@@ -214,13 +137,7 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
     }
     best = descend(pair, from, hints);
   }
-  if (best.is_within_limit && best.overlap > 0) {
-    if (pair.has_flat()) {
-      look_past_edges(pair, limit, hints, best);
-    } else {
-      seek_lower(pair, corners, hints, best);
-    }
-  }
+  if (best.is_within_limit && best.overlap > 0) look_past_edges(pair, limit, hints, best);
   if (-best.overlap > limit) best.is_within_limit = false;
   // Of overlaps there may always be another that is hardly larger.
   best.lead = best.overlap < -kKissing_m ? lead_by_turn(-best.overlap) : -1;
@@ -232,8 +149,10 @@ LeastOverlap of_curved(const ConvexPair& pair, double limit, double lead_wanted,
 LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& hints,
                            double lead_wanted) {
   if (const auto found = closed_overlap(pair, limit, lead_wanted)) return *found;
-  const bool are_polytopes = has_corners(pair.A) && has_corners(pair.B) && !pair.has_flat();
-  if (!are_polytopes) return of_curved(pair, limit, lead_wanted, hints);
+  if (pair.has_flat()) return of_flat(pair, limit, lead_wanted, hints);
+  if (!has_corners(pair.A) || !has_corners(pair.B)) {
+    return curved_overlap(pair, limit, lead_wanted, hints);
+  }
   PolytopeSearch search(pair, limit, lead_wanted, hints);
   while (!search.is_done()) search.take(support(pair, search.direction(), hints));
   return search.best();

@@ -1,7 +1,9 @@
 /// An Executor with threads of its own.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -10,8 +12,10 @@
 
 namespace cradle {
 
-/// Threads that sleep between calls. for_ranges() takes part itself, and returns when all is done;
-/// it may be called from one thread at a time, and not from within a task. Tasks must not throw.
+/// Threads that wait for work awake for a while after a call, because a tick makes hundreds of
+/// calls of some microseconds; then they sleep. for_ranges() takes part itself, and returns when
+/// all is done; it may be called from one thread at a time, and not from within a task. Tasks must
+/// not throw.
 class ThreadPool final : public Executor {
  public:
   static constexpr int kThreadsMax = 256;
@@ -22,20 +26,33 @@ class ThreadPool final : public Executor {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  using Task = std::function<void(int begin, int end)>;
-  void for_ranges(int count, const Task& task) override;
+  void for_ranges(int count, int least, RangeTask task) override;
 
  private:
-  void serve();
-  void take_ranges(std::unique_lock<std::mutex>& lock) noexcept;
+  /// A bit a range.
+  using Ranges = std::uint64_t;
 
-  std::mutex mutex_;  // guards all that follows but workers_
-  std::condition_variable work_, done_;
-  const Task* task_ = nullptr;
-  int count_ = 0, range_ = 1;  // of the present call: indices in all, and in a range
-  int next_ = 0;               // index that begins the next range
-  int running_ = 0;            // ranges taken and not finished
-  bool is_ending_ = false;
+  int ranges_for(int count, int least) const;
+  Ranges own_ranges(int thread) const;
+  int place_of(int range) const;
+  void serve(int thread);
+  bool wait_for_work();
+  void sleep();
+  void take_ranges(Ranges own) noexcept;
+  void wake_sleepers();
+
+  // Of the present call; written while no range is open, read by whoever has taken one.
+  const RangeTask* task_ = nullptr;
+  int count_ = 0, ranges_ = 0;
+
+  static constexpr std::size_t kLine = 64;          // of cache: what threads write lies apart
+  alignas(kLine) std::atomic<Ranges> open_ = 0;     // that nobody has taken
+  alignas(kLine) std::atomic<int> unfinished_ = 0;  // ranges
+  alignas(kLine) std::atomic<int> sleepers_ = 0;
+  std::atomic<bool> is_ending_ = false;
+  std::mutex mutex_;  // of those that fall asleep
+  std::condition_variable work_;
+  int threads_;
   std::vector<std::thread> workers_;
 };
 

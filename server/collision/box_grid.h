@@ -27,10 +27,14 @@ class BoxGrid {
   /// Slots of boxes too large for the cells, ascending.
   std::span<const std::int32_t> large() const { return large_; }
 
-  /// Calls `visit(slot, slot)` for every pair of boxes that overlap, but for the large ones, until
-  /// it returns false. Returns the cells looked at.
+  /// Rows of cells: a pair of boxes is found from one of them.
+  std::size_t rows() const {
+    return static_cast<std::size_t>(axes_[1].cells) * static_cast<std::size_t>(axes_[2].cells);
+  }
+  /// Calls `visit(slot, slot)` for every pair of boxes that overlap, but for the large ones, found
+  /// from these rows, until it returns false. Returns the cells looked at.
   template <class F>
-  std::int64_t join(F&& visit) const;
+  std::int64_t join(std::size_t first_row, std::size_t end_row, F&& visit) const;
 
   /// Calls `visit(slot, other)` for every box that overlaps this one, of any size, but for the
   /// large ones, until it returns false. Returns the cells looked at.
@@ -210,24 +214,24 @@ std::int64_t BoxGrid::query(const FloatBox& box, std::int32_t slot, F&& visit) c
 }
 
 template <class F>
-std::int64_t BoxGrid::join(F&& visit) const {
+std::int64_t BoxGrid::join(std::size_t first_row, std::size_t end_row, F&& visit) const {
   std::int64_t looked_at = 0;
-  std::size_t first = 0;
-  for (std::int32_t z = 0; z < axes_[2].cells; ++z) {
-    for (std::int32_t y = 0; y < axes_[1].cells; ++y, first += axes_[0].size()) {
-      const Rows others = rows_after(y, z);
-      for (std::int32_t x = 0; x < axes_[0].cells; ++x) {
-        const std::uint32_t* const own = begins_.data() + first + x;
-        if (own[0] == own[1]) continue;
-        ++looked_at;
-        Ranges ranges = ranges_from(first, x, others);
-        for (std::uint32_t i = own[0]; i < own[1]; ++i) {
-          const float* const at = bounds_.data() + i;
-          const Probe probe(at[0], at[stride_], at[2 * stride_], at[3 * stride_], at[4 * stride_],
-                            at[5 * stride_]);
-          ranges.ranges[0].begin = i + 1;
-          if (!visit_ranges(probe, slots_[i], ranges, visit)) return looked_at;
-        }
+  for (std::size_t row = first_row; row < end_row; ++row) {
+    const auto ny = static_cast<std::size_t>(axes_[1].cells);
+    const Rows others =
+        rows_after(static_cast<std::int32_t>(row % ny), static_cast<std::int32_t>(row / ny));
+    const std::size_t first = row * axes_[0].size();
+    for (std::int32_t x = 0; x < axes_[0].cells; ++x) {
+      const std::uint32_t* const own = begins_.data() + first + x;
+      if (own[0] == own[1]) continue;
+      ++looked_at;
+      Ranges ranges = ranges_from(first, x, others);
+      for (std::uint32_t i = own[0]; i < own[1]; ++i) {
+        const float* const at = bounds_.data() + i;
+        const Probe probe(at[0], at[stride_], at[2 * stride_], at[3 * stride_], at[4 * stride_],
+                          at[5 * stride_]);
+        ranges.ranges[0].begin = i + 1;
+        if (!visit_ranges(probe, slots_[i], ranges, visit)) return looked_at;
       }
     }
   }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/collision/executor.h"
 #include "server/collision/geometry.h"
 
 namespace cradle {
@@ -35,6 +36,7 @@ struct BroadPhaseInput {
   bool renumbered = false;              ///< true if slots do not mean the bodies of last time
   /// Which body has which slot, ascending; looked at when `renumbered`. None: it is not known.
   std::span<const std::int64_t> ids = {};
+  Executor* executor = &serial_executor;  ///< where work goes that may be done side by side
 };
 
 /// What a call came to.

@@ -40,16 +40,21 @@ bool FreshPairs::find(const BroadPhaseInput& input, std::size_t most, std::vecto
   if (--calls_left_ == 0) calls_with_rooms_ = kWorthRooms;
   if (!sort_out(input)) return false;
   pairs.clear();
-  const auto add = [&](std::int32_t i, std::int32_t j) {
-    ++report.boxes_seen;
-    if (overlap(input.boxes[index(i)], input.boxes[index(j)])) {
-      pairs.push_back({std::min(i, j), std::max(i, j)});
-    }
-    return pairs.size() <= most;
+  const auto adding_to = [&](std::vector<BodyPair>& found) {
+    return [&](std::int32_t i, std::int32_t j) {
+      if (overlap(input.boxes[index(i)], input.boxes[index(j)])) {
+        found.push_back({std::min(i, j), std::max(i, j)});
+      }
+      return found.size() <= most;
+    };
   };
   report.method = "grid";
-  report.boxes_seen += static_cast<std::int64_t>(input.boxes.size());
-  report.nodes_seen += grid_.join(add);
+  report.nodes_seen +=
+      parts_.find(*input.executor, grid_.rows(), pairs,
+                  [&](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
+                    return grid_.join(begin, end, adding_to(found));
+                  });
+  const auto add = adding_to(pairs);
   const auto large = grid_.large();
   for (std::size_t k = 0; k < large.size(); ++k) {
     report.nodes_seen += grid_.query(boxes_[index(large[k])], large[k], add);
@@ -59,6 +64,7 @@ bool FreshPairs::find(const BroadPhaseInput& input, std::size_t most, std::vecto
     report.nodes_seen += grid_.query(boxes_[index(slot)], slot, add);
     for (const std::int32_t other : large) add(slot, other);
   }
+  report.boxes_seen += static_cast<std::int64_t>(input.boxes.size() + pairs.size());
   if (pairs.size() <= most) sorter_.sort(input.boxes.size(), pairs);
   return true;
 }
@@ -67,11 +73,13 @@ bool FreshPairs::find(const BroadPhaseInput& input, std::size_t most, std::vecto
 bool FreshPairs::sort_out(const BroadPhaseInput& input) {
   const Vector origin = median_of(input.boxes);
   boxes_.resize(input.boxes.size());
+  constexpr int kWorthAThread = 1024;  // some nanoseconds each
+  for_each_index(*input.executor, input.boxes.size(), kWorthAThread,
+                 [&](std::size_t i) { boxes_[i] = to_float(input.boxes[i], origin); });
   moving_.clear();
   immovable_.clear();
   for (std::size_t i = 0; i < input.boxes.size(); ++i) {
     if (!is_usable(input.boxes[i])) continue;
-    boxes_[i] = to_float(input.boxes[i], origin);
     (input.moves[i] != 0 ? moving_ : immovable_).push_back(static_cast<std::int32_t>(i));
     if (immovable_.size() > kFewImmovable) return false;
   }

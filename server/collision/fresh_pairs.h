@@ -6,6 +6,7 @@
 
 #include "server/collision/box_grid.h"
 #include "server/collision/broad_phase.h"
+#include "server/collision/pair_parts.h"
 #include "server/collision/pair_rules.h"
 
 namespace cradle {
@@ -36,6 +37,7 @@ class FreshPairs {
   std::vector<FloatBox> boxes_;
   std::vector<std::int32_t> moving_, immovable_;
   BoxGrid grid_;
+  PairParts parts_;
   PairSorter sorter_;
 };
 

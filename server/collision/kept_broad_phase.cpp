@@ -21,9 +21,10 @@
 #include <type_traits>
 
 #include "server/collision/box_grid.h"
-#include "server/collision/box_tree.h"
+#include "server/collision/box_layer.h"
 #include "server/collision/crowd.h"
 #include "server/collision/fresh_pairs.h"
+#include "server/collision/pair_parts.h"
 #include "server/collision/pair_rules.h"
 
 namespace cradle {
@@ -39,6 +40,8 @@ constexpr std::size_t kLeftInAll = 8;
 constexpr int kRefits = 8;
 /// There may be this many times as many candidates as pairs.
 constexpr std::size_t kCandidates = 2;
+/// Worth a thread, at some nanoseconds each.
+constexpr int kBoxes = 512;
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
@@ -70,42 +73,6 @@ FloatBox room_for(const FloatBox& box, const FloatBox& before) {
 }
 
 enum class Home : std::uint8_t { none, old, young };
-
-/// Trees over the rooms of bodies that move, and over those of bodies that do not.
-struct Layer {
-  std::vector<std::int32_t> moving_slots, immovable_slots;
-  BoxTree moving, immovable;
-
-  void add(std::int32_t slot, bool moves) {
-    (moves ? moving_slots : immovable_slots).push_back(slot);
-  }
-  void clear() {
-    moving_slots.clear();
-    immovable_slots.clear();
-  }
-  template <class F>
-  void keep(F&& stays) {
-    const auto leaves = [&](std::int32_t slot) { return !stays(slot); };
-    std::erase_if(moving_slots, leaves);
-    std::erase_if(immovable_slots, leaves);
-  }
-  void renumber(std::span<const std::int32_t> now) {
-    for (auto* slots : {&moving_slots, &immovable_slots}) {
-      for (std::int32_t& slot : *slots) slot = now[index(slot)];
-      std::erase_if(*slots, [](std::int32_t slot) { return slot < 0; });
-    }
-  }
-  void build(std::span<const FloatBox> rooms, const MortonCurve& curve) {
-    moving.build(rooms, moving_slots, curve);
-    immovable.build(rooms, immovable_slots, curve);
-  }
-  /// For the same slots as the last time.
-  void refit(std::span<const FloatBox> rooms) {
-    moving.refit(rooms);
-    immovable.refit(rooms);
-  }
-  std::size_t size() const { return moving_slots.size() + immovable_slots.size(); }
-};
 
 class KeptBroadPhase final : public BroadPhase {
  public:
@@ -206,22 +173,25 @@ class KeptBroadPhase final : public BroadPhase {
     entering_.clear();
     newcomers_ = 0;
     has_left_ = false;
-    std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
-    std::fill(left_.begin(), left_.end(), std::uint8_t{0});
-    for (std::size_t i = 0; i < slots; ++i) {
+    std::fill(changed_.begin() + static_cast<std::ptrdiff_t>(slots), changed_.end(),
+              std::uint8_t{0});
+    std::fill(left_.begin() + static_cast<std::ptrdiff_t>(slots), left_.end(), std::uint8_t{0});
+    stays_.resize(slots);
+    for_each_index(*input.executor, slots, kBoxes, [&](std::size_t i) {
       const Aabb& box = input.boxes[i];
-      const bool moves = input.moves[i] != 0;
-      if (same(box, last_[i]) && moves == (moves_[i] != 0)) continue;
+      const bool moves_alike = input.moves[i] == moves_[i];
+      changed_[i] = same(box, last_[i]) && moves_alike ? 0 : 1;
+      left_[i] = 0;
+      stays_[i] = changed_[i] == 0 || (homes_[i] != Home::none && is_usable(box) && moves_alike &&
+                                       contains(rooms_[i], to_float(box, origin_)));
+    });
+    for (std::size_t i = 0; i < slots; ++i) {
+      if (changed_[i] == 0) continue;
       const auto slot = static_cast<std::int32_t>(i);
-      changed_[i] = 1;
       changed_slots_.push_back(slot);
-      const bool usable = is_usable(box);
-      if (homes_[i] != Home::none) {
-        const bool stays =
-            usable && moves == (moves_[i] != 0) && contains(rooms_[i], to_float(box, origin_));
-        if (stays) continue;
-        leave(i, usable && moves == (moves_[i] != 0));
-      }
+      if (stays_[i] != 0) continue;
+      const bool usable = is_usable(input.boxes[i]);
+      if (homes_[i] != Home::none) leave(i, usable && input.moves[i] == moves_[i]);
       if (!usable) continue;
       entering_.push_back(slot);
       newcomers_ += homes_[i] == Home::none ? 1 : 0;
@@ -257,11 +227,13 @@ class KeptBroadPhase final : public BroadPhase {
     housed_ = 0;
     for (std::size_t i = 0; i < input.boxes.size(); ++i) {
       if (!is_usable(input.boxes[i])) continue;
-      make_room(i, input);
       homes_[i] = Home::old;
       old_.add(static_cast<std::int32_t>(i), input.moves[i] != 0);
       ++housed_;
     }
+    for_each_index(*input.executor, input.boxes.size(), kBoxes, [&](std::size_t i) {
+      if (is_usable(input.boxes[i])) make_room(i, input);
+    });
     const bool any_moves = !old_.moving_slots.empty();
     curve_ = MortonCurve(rooms_, any_moves ? old_.moving_slots : old_.immovable_slots);
     old_.build(rooms_, curve_);
@@ -279,7 +251,7 @@ class KeptBroadPhase final : public BroadPhase {
       candidates_.push_back({a, b});
       return candidates_.size() <= kCandidates * most_;
     };
-    join_moving(add);
+    join_moving(*input.executor, add);
     const bool few_move = old_.moving.size() < old_.immovable.size();
     const BoxTree& tree = few_move ? old_.immovable : old_.moving;
     for (const std::int32_t slot : few_move ? old_.moving_slots : old_.immovable_slots) {
@@ -296,13 +268,21 @@ class KeptBroadPhase final : public BroadPhase {
 
   /// Pairs among those that move: by a grid if it suits them.
   template <class F>
-  void join_moving(const F& add) {
+  void join_moving(Executor& executor, const F& add) {
     method_ = grid_.build(rooms_, old_.moving_slots) ? "grid" : "tree";
     if (method_ == "tree") {
       report_.nodes_seen += old_.moving.join(add);
       return;
     }
-    report_.nodes_seen += grid_.join(add);
+    report_.nodes_seen +=
+        parts_.find(executor, grid_.rows(), candidates_,
+                    [this](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
+                      return grid_.join(begin, end, [&](std::int32_t i, std::int32_t j) {
+                        const auto [a, b] = std::minmax(i, j);
+                        found.push_back({a, b});
+                        return found.size() <= kCandidates * most_;
+                      });
+                    });
     for (const std::int32_t slot : grid_.large()) changed_[index(slot)] = 1;
     for (const std::int32_t slot : grid_.large()) {
       report_.nodes_seen += old_.moving.query(rooms_[index(slot)], [&](std::int32_t other) {
@@ -329,10 +309,16 @@ class KeptBroadPhase final : public BroadPhase {
     }
     fresh_.clear();
     if (!entering_.empty()) plant_young();
-    for (const std::int32_t slot : entering_) {
-      find_partners(slot, input.moves[index(slot)] != 0);
-      if (candidates_.size() + fresh_.size() > kCandidates * most_) return false;
-    }
+    report_.nodes_seen += parts_.find(
+        *input.executor, entering_.size(), fresh_,
+        [&](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
+          std::int64_t seen = 0;
+          for (std::size_t k = begin; k < end && found.size() <= kCandidates * most_; ++k) {
+            seen += find_partners(entering_[k], input, found);
+          }
+          return seen;
+        });
+    if (candidates_.size() + fresh_.size() > kCandidates * most_) return false;
     merge_fresh();
     return true;
   }
@@ -354,17 +340,20 @@ class KeptBroadPhase final : public BroadPhase {
     rooms_[i] = room_for(box, is_usable(last_[i]) ? to_float(last_[i], origin_) : box);
   }
 
-  void find_partners(std::int32_t slot, bool moves) {
+  std::int64_t find_partners(std::int32_t slot, const BroadPhaseInput& input,
+                             std::vector<BodyPair>& found) const {
     const auto add = [&](std::int32_t other) {
       if (other == slot) return;
       if (left_[index(other)] != 0 && other < slot) return;  // it has found this one already
       const auto [a, b] = std::minmax(slot, other);
-      fresh_.push_back({a, b});
+      found.push_back({a, b});
     };
+    std::int64_t seen = 0;
     for (const Layer* layer : {&old_, &young_}) {
-      report_.nodes_seen += layer->moving.query(rooms_[index(slot)], add);
-      if (moves) report_.nodes_seen += layer->immovable.query(rooms_[index(slot)], add);
+      seen += layer->moving.query(rooms_[index(slot)], add);
+      if (input.moves[index(slot)] != 0) seen += layer->immovable.query(rooms_[index(slot)], add);
     }
+    return seen;
   }
 
   /// Takes the pairs of those that have left out of the candidates, and puts the fresh ones in.
@@ -391,15 +380,21 @@ class KeptBroadPhase final : public BroadPhase {
 
   /// The candidates whose true boxes overlap; only those are compared of which one has changed.
   void compare(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) {
+    compared_.assign(chunks_of(candidates_.size(), kBoxes), 0);
+    for_chunks(*input.executor, candidates_.size(), kBoxes,
+               [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                 for (std::size_t k = begin; k < end; ++k) {
+                   const auto [a, b] = candidates_[k];
+                   if ((changed_[index(a)] | changed_[index(b)]) == 0) continue;
+                   overlaps_[k] = overlap(input.boxes[index(a)], input.boxes[index(b)]) ? 1 : 0;
+                   ++compared_[chunk];
+                 }
+               });
+    for (const std::int32_t compared : compared_) report_.boxes_seen += compared;
     pairs.resize(candidates_.size());
     std::size_t count = 0;
     for (std::size_t k = 0; k < candidates_.size(); ++k) {
-      const BodyPair pair = candidates_[k];
-      if ((changed_[index(pair.a)] | changed_[index(pair.b)]) != 0) {
-        overlaps_[k] = overlap(input.boxes[index(pair.a)], input.boxes[index(pair.b)]) ? 1 : 0;
-        ++report_.boxes_seen;
-      }
-      pairs[count] = pair;
+      pairs[count] = candidates_[k];
       count += overlaps_[k];
     }
     pairs.resize(count);
@@ -417,10 +412,11 @@ class KeptBroadPhase final : public BroadPhase {
   }
 
   void remember(const BroadPhaseInput& input) {
-    for (const std::int32_t slot : changed_slots_) {
-      last_[index(slot)] = input.boxes[index(slot)];
-      moves_[index(slot)] = input.moves[index(slot)];
-    }
+    for_each_index(*input.executor, changed_slots_.size(), kBoxes, [&](std::size_t k) {
+      const std::size_t i = index(changed_slots_[k]);
+      last_[i] = input.boxes[i];
+      moves_[i] = input.moves[i];
+    });
     resize(input.boxes.size());
   }
 
@@ -453,6 +449,7 @@ class KeptBroadPhase final : public BroadPhase {
   std::vector<std::int32_t> places_;   // in the old tree
   std::vector<std::uint8_t> changed_;  // in this call
   std::vector<std::uint8_t> left_;     // its room, in this call
+  std::vector<std::uint8_t> stays_;    // in its room, or as it was
 
   Vector origin_ = Vector::Zero();  // of the rooms
   Layer old_, young_;
@@ -471,6 +468,8 @@ class KeptBroadPhase final : public BroadPhase {
   std::vector<std::int32_t> now_;  // the slot of each, after a change of slots
   std::vector<BodyPair> fresh_, spare_;
   std::vector<std::uint8_t> spare_overlaps_;
+  PairParts parts_;
+  std::vector<std::int32_t> compared_;  // pairs, by part of the candidates
   PairSorter sorter_;
   FreshPairs fresh_pairs_;
   BroadPhaseReport report_;

@@ -36,6 +36,7 @@ struct Ballistic {
   BallReport report;
   std::vector<Stranger> strangers;
   std::vector<std::int32_t> obstacle_slots;
+  std::vector<std::uint8_t> is_bound;  ///< by pair: overlaps, or rests on an obstacle
   std::vector<std::int32_t> partners;  ///< of a ball that looks around
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
@@ -47,11 +48,11 @@ struct Ballistic {
 /// The colliders are others now.
 void list_balls(World::State& s);
 /// Who could take part.
-void begin_balls(World::State& s);
+void begin_balls(World::State& s, Executor& executor);
 /// Where it may get in this tick, struck or not; of one that could take part.
 Aabb box_of_ball(const World::State& s, std::size_t slot, double margin);
 /// Puts balls at the tick's start so that free flight leads them to where they are at its end, and
 /// takes their pairs out of `s.pairs`.
-void bounce_balls(World::State& s);
+void bounce_balls(World::State& s, Executor& executor);
 
 }  // namespace cradle

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 namespace cradle {
@@ -13,12 +14,43 @@ constexpr double kInPlane = 0.05;
 /// Of the force: what points may be asked to pull before they are said not to carry the same.
 constexpr double kMayPull = 0.05;
 
+/// Constraints that one thread stores at a time.
+constexpr std::size_t kChunk = 256;
+
+std::size_t entries_of(const ContactConstraint& c) {
+  return static_cast<std::size_t>(c.count) + (c.turns_heavily() ? 1 : 0);
+}
+
+/// Returns where the next entry goes.
+CachedForce* write(const ContactConstraint& c, std::span<const std::int64_t> ids,
+                   CachedForce* next) {
+  const std::int64_t a = ids[static_cast<std::size_t>(c.a)], b = ids[static_cast<std::size_t>(c.b)];
+  for (const ConstraintPoint& p : c.used()) {
+    *next++ = {
+        a,       b,          c.part,   p.feature,   p.force,
+        p.press, p.K_normal, p.rest_m, p.rest_load, p.force_t.x() * c.t1 + p.force_t.y() * c.t2,
+        p.rA};
+  }
+  if (c.turns_heavily()) {
+    *next++ = {a, b, c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()};
+  }
+  return next;
+}
+
 std::span<ConstraintPoint>::iterator find(std::span<ConstraintPoint> points,
                                           std::uint64_t feature) {
   return std::ranges::find(points, feature, &ConstraintPoint::feature);
 }
 
 }  // namespace
+
+ContactCache::Reader::Reader(const ContactCache& cache, std::span<const std::int64_t> ids,
+                             std::int32_t a, std::int32_t b)
+    : ids_(ids), end_(cache.entries_.end()) {
+  const auto pair = std::pair(ids[static_cast<std::size_t>(a)], ids[static_cast<std::size_t>(b)]);
+  entry_ = std::ranges::lower_bound(cache.entries_, pair, {},
+                                    [](const CachedForce& e) { return std::pair(e.a, e.b); });
+}
 
 void ContactCache::Reader::restore(ContactConstraint& c) {
   const auto pair =
@@ -96,20 +128,22 @@ void ContactCache::Reader::hand_on(ContactConstraint& c,
   }
 }
 
-void ContactCache::store(std::span<const std::int64_t> ids,
+void ContactCache::store(Executor& executor, std::span<const std::int64_t> ids,
                          std::span<const ContactConstraint> constraints) {
-  entries_.clear();
-  for (const ContactConstraint& c : constraints) {
-    for (const ConstraintPoint& p : c.used()) {
-      entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          c.part, p.feature, p.force, p.press, p.K_normal, p.rest_m, p.rest_load,
-                          p.force_t.x() * c.t1 + p.force_t.y() * c.t2, p.rA});
-    }
-    if (c.turns_heavily()) {
-      entries_.push_back({ids[static_cast<std::size_t>(c.a)], ids[static_cast<std::size_t>(c.b)],
-                          c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()});
-    }
-  }
+  begins_.resize(chunks_of(constraints.size(), kChunk) + 1);
+  begins_[0] = 0;
+  for_chunks(executor, constraints.size(), kChunk,
+             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+               std::size_t& count = begins_[chunk + 1] = 0;
+               for (std::size_t k = begin; k < end; ++k) count += entries_of(constraints[k]);
+             });
+  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+  entries_.resize(begins_.back());
+  for_chunks(executor, constraints.size(), kChunk,
+             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+               CachedForce* next = entries_.data() + begins_[chunk];
+               for (std::size_t k = begin; k < end; ++k) next = write(constraints[k], ids, next);
+             });
 }
 
 void ContactCache::forget(std::span<const std::int64_t> ids) {

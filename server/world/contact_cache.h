@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "server/collision/executor.h"
 #include "server/dynamics/contact/contact_constraint.h"
 
 namespace cradle {
@@ -36,6 +37,9 @@ class ContactCache {
    public:
     Reader(const ContactCache& cache, std::span<const std::int64_t> ids)
         : ids_(ids), entry_(cache.entries_.begin()), end_(cache.entries_.end()) {}
+    /// From the pair of slots (a, b) on.
+    Reader(const ContactCache& cache, std::span<const std::int64_t> ids, std::int32_t a,
+           std::int32_t b);
     /// Which four of eight points stand for a face may change from tick to tick: what points
     /// carried that have gone, those that are new carry on, all together with the same force and
     /// torque.
@@ -49,7 +53,8 @@ class ContactCache {
   };
 
   /// Keeps what they carry now, and nothing else.
-  void store(std::span<const std::int64_t> ids, std::span<const ContactConstraint> constraints);
+  void store(Executor& executor, std::span<const std::int64_t> ids,
+             std::span<const ContactConstraint> constraints);
 
   /// Forgets the contacts of these bodies (ids ascending).
   void forget(std::span<const std::int64_t> ids);
@@ -58,6 +63,7 @@ class ContactCache {
 
  private:
   std::vector<CachedForce> entries_;
+  std::vector<std::size_t> begins_;  // of parts of the constraints, among the entries
 };
 
 }  // namespace cradle

@@ -243,14 +243,7 @@ bool is_slow(const World::State& s, std::size_t i) {
 
 bool note_if_fast_on(World::State& s, std::size_t i, const Path& path) {
   if (!is_far(s, i, path)) return false;
-  FastBodies& fast = s.fast;
-  fast.any = true;
-  fast.is_fast[i] = 1;
-  if (s.bodies.kind[i] == BodyKind::dynamic) {
-    fast.slots.push_back(static_cast<std::int32_t>(i));
-    fast.v_start.push_back(s.bodies.v[i]);
-    fast.w_start.push_back(s.bodies.w[i]);
-  }
+  s.fast.is_fast[i] = 1;
   return true;
 }
 
@@ -258,6 +251,15 @@ bool note_if_fast_on(World::State& s, std::size_t i, const Path& path) {
 
 void note_if_fast(World::State& s, std::size_t i) {
   if (!is_slow(s, i)) note_if_fast_on(s, i, expected(s, i));
+}
+
+void list_fast(World::State& s, std::size_t i) {
+  FastBodies& fast = s.fast;
+  fast.any = true;
+  if (s.bodies.kind[i] != BodyKind::dynamic) return;
+  fast.slots.push_back(static_cast<std::int32_t>(i));
+  fast.v_start.push_back(s.bodies.v[i]);
+  fast.w_start.push_back(s.bodies.w[i]);
 }
 
 Aabb box_over_tick(World::State& s, std::size_t i, double margin) {
@@ -284,7 +286,7 @@ void foresee_impacts(World::State& s, Executor& executor) {
     }
   }
   fast.found.resize(fast.meetings.size());
-  executor.for_ranges(static_cast<int>(fast.found.size()), [&s](int begin, int end) {
+  executor.for_ranges(static_cast<int>(fast.found.size()), 1, [&s](int begin, int end) {
     for (int m = begin; m < end; ++m) {
       Meeting& meeting = s.fast.meetings[index(m)];
       const auto [slot_A, slot_B] = s.pairs[meeting.pair];

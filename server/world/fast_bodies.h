@@ -57,10 +57,12 @@ struct FastBodies {
 /// The colliders are others now.
 void measure_fast_limits(World::State& s);
 void begin_fast_bodies(World::State& s);
-/// Takes note if a body is fast.
+/// Takes note if a body is fast; of that body alone, so that many may be looked at side by side.
 void note_if_fast(World::State& s, std::size_t slot);
 /// Likewise; and the box of a collider over the tick.
 Aabb box_over_tick(World::State& s, std::size_t slot, double margin);
+/// Then, of those that are, one after the other, ascending.
+void list_fast(World::State& s, std::size_t slot);
 /// Whether two bodies, fast ones among them, touch or will on the ways that they are expected to
 /// go.
 bool is_hit_expected(const World::State& s, const BodyPair& pair);

@@ -9,6 +9,9 @@
 namespace cradle {
 namespace {
 
+/// Worth a thread: one by one, and side by side.
+constexpr int kFlights = 16, kFlightsInLanes = 256;
+
 /// By the world's scheme, with drag.
 void fly_alone(World::State& s, std::size_t i) {
   const Course course = s.loads.course[i];
@@ -101,11 +104,11 @@ void fly_free(World::State& s, Executor& executor) {
   s.unsolved.clear();
   if (s.scheme->advance != exact || !s.dragged.empty()) s.unsolved.assign(s.bodies.size(), 0);
   if (s.scheme->advance != exact) {
-    executor.for_ranges(static_cast<int>(s.bodies.size()), [&s](int begin, int end) {
+    executor.for_ranges(static_cast<int>(s.bodies.size()), kFlights, [&s](int begin, int end) {
       for (int i = begin; i < end; ++i) fly_alone(s, static_cast<std::size_t>(i));
     });
   } else {
-    executor.for_ranges(static_cast<int>(s.dragged.size()), [&s](int begin, int end) {
+    executor.for_ranges(static_cast<int>(s.dragged.size()), kFlights, [&s](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         fly_alone(s, static_cast<std::size_t>(s.dragged[static_cast<std::size_t>(k)]));
       }
@@ -114,7 +117,7 @@ void fly_free(World::State& s, Executor& executor) {
   const FlightTick tick = flight_tick(s);
   if (s.keeps_accounts) keep_accounts(s, tick);
   const FlightArrays bodies = s.flight_arrays();
-  executor.for_ranges(static_cast<int>(s.bodies.size()),
+  executor.for_ranges(static_cast<int>(s.bodies.size()), kFlightsInLanes,
                       [&](int begin, int end) { fly_all(tick, bodies, begin, end); });
 }
 

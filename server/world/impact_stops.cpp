@@ -162,7 +162,7 @@ class Stops {
     }
     std::vector<TimeOfImpact>& found = memory_.found;
     found.resize(open.size());
-    executor_.for_ranges(static_cast<int>(open.size()), [this](int begin, int end) {
+    executor_.for_ranges(static_cast<int>(open.size()), 1, [this](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         const Candidate& c = candidates_[memory_.open[index(k)]];
         memory_.found[index(k)] = meet(s_, index(c.pair.a), c.A, index(c.pair.b), c.B, c.goal);

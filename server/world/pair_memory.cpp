@@ -8,32 +8,54 @@
 namespace cradle {
 namespace {
 
+constexpr std::size_t kChunk = 512;  // pairs that one thread takes at a time
+
 bool is_before(const KeptPair& p, const KeptPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; }
 
 }  // namespace
 
-void PairMemory::follow(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
-                        std::span<const Shape> shapes) {
+void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
+                        std::span<const std::int64_t> ids, std::span<const Shape> shapes) {
   std::swap(pairs_, last_);
-  pairs_.clear();
-  auto old = last_.begin();
-  for (const BodyPair& pair : pairs) {
-    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    KeptPair now{ids[a], ids[b]};
-    for (; old != last_.end() && is_before(*old, now); ++old) release(*old);
-    if (old != last_.end() && !is_before(now, *old)) {
-      now = *old++;
-    } else if (is_worth_keeping(shapes[a].kind, shapes[b].kind)) {
-      if (free_.empty()) {
-        free_.push_back(static_cast<std::int64_t>(manifolds_.size()));
-        manifolds_.emplace_back();
-      }
-      now.place = free_.back();
-      free_.pop_back();
+  pairs_.resize(pairs.size());
+  is_fresh_.resize(pairs.size());
+  is_gone_.assign(last_.size(), 1);
+  for_chunks(executor, pairs.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    follow_some(pairs, ids, begin, end);
+  });
+  std::size_t old = 0;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (is_fresh_[k] == 0) continue;
+    for (; old < last_.size() && (is_gone_[old] == 0 || is_before(last_[old], pairs_[k])); ++old) {
+      if (is_gone_[old] != 0) release(last_[old]);
     }
-    pairs_.push_back(now);
+    const auto a = static_cast<std::size_t>(pairs[k].a), b = static_cast<std::size_t>(pairs[k].b);
+    if (!is_worth_keeping(shapes[a].kind, shapes[b].kind)) continue;
+    if (free_.empty()) {
+      free_.push_back(static_cast<std::int64_t>(manifolds_.size()));
+      manifolds_.emplace_back();
+    }
+    pairs_[k].place = free_.back();
+    free_.pop_back();
   }
-  for (; old != last_.end(); ++old) release(*old);
+  for (; old < last_.size(); ++old) {
+    if (is_gone_[old] != 0) release(last_[old]);
+  }
+}
+
+/// Pairs that were there keep what they have; who is fresh or gone is left to others.
+void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
+                             std::size_t begin, std::size_t end) {
+  auto old = last_.cend();
+  for (std::size_t k = begin; k < end; ++k) {
+    const KeptPair now{ids[static_cast<std::size_t>(pairs[k].a)],
+                       ids[static_cast<std::size_t>(pairs[k].b)]};
+    if (k == begin) old = std::lower_bound(last_.cbegin(), last_.cend(), now, is_before);
+    while (old != last_.cend() && is_before(*old, now)) ++old;
+    is_fresh_[k] = old == last_.cend() || is_before(now, *old) ? 1 : 0;
+    pairs_[k] = is_fresh_[k] != 0 ? now : *old;
+    if (is_fresh_[k] == 0) is_gone_[static_cast<std::size_t>(old++ - last_.cbegin())] = 0;
+  }
 }
 
 bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path,

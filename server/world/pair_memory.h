@@ -29,8 +29,8 @@ class PairMemory {
  public:
   /// Takes over the pairs of this tick, sorted; `ids` and `shapes` by slot. Pairs that were there
   /// last tick keep what they have, others that are worth it get an empty place.
-  void follow(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
-              std::span<const Shape> shapes);
+  void follow(Executor& executor, std::span<const BodyPair> pairs,
+              std::span<const std::int64_t> ids, std::span<const Shape> shapes);
 
   /// The manifold of the k-th pair, of convex shapes, into `manifold` while the kept one holds;
   /// else false, and a fresh one is to be made, and kept. `path`: the way that the points of both
@@ -83,13 +83,16 @@ class PairMemory {
   }
 
  private:
+  void follow_some(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
+                   std::size_t begin, std::size_t end);
   void release(const KeptPair& pair);
   /// Sorts pairs whose first `sorted` ones are.
   static void merge(std::vector<KeptPair>& pairs, std::size_t sorted);
 
   std::vector<KeptPair> pairs_, last_, put_by_;  ///< sorted
   std::vector<KeptManifold> manifolds_;
-  std::vector<std::int64_t> free_;  ///< places, the next to be taken last
+  std::vector<std::uint8_t> is_fresh_, is_gone_;  ///< by place in pairs_ and last_, for follow()
+  std::vector<std::int64_t> free_;                ///< places, the next to be taken last
 };
 
 static_assert(sizeof(KeptPair) == 9 * 8);

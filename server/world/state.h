@@ -59,6 +59,11 @@ struct Overlaps {
       max_m = std::max(max_m, -p.s0);
     }
   }
+  void add(const Overlaps& other) {
+    points += other.points;
+    sum_m += other.sum_m;
+    max_m = std::max(max_m, other.max_m);
+  }
 };
 
 struct World::State {
@@ -96,6 +101,7 @@ struct World::State {
   Loads loads;
   std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them
+  std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
   std::vector<Aabb> boxes;                 ///< of colliders, in their order
   std::vector<std::uint8_t> moves;         ///< likewise
@@ -105,6 +111,7 @@ struct World::State {
   std::vector<Manifold> manifolds;        ///< one a pair; of pairs of convex shapes
   std::vector<CompositePair> composites;  ///< the other pairs, in their order
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
+  std::vector<std::uint8_t> is_touching;  ///< by pair: `manifolds` has points
   std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
   FastBodies fast;
   ImpactStops stops;
@@ -112,6 +119,7 @@ struct World::State {
   std::vector<double> axial_shares;  ///< by slot, see BodyArrays
   std::vector<ContactConstraint> constraints;
   Overlaps overlaps;                         ///< of them
+  std::vector<Overlaps> overlaps_of_parts;   ///< likewise: of so many at a time
   std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
   std::vector<std::int32_t> stirred;         ///< slots of those whose loads have just changed

@@ -22,6 +22,10 @@
 namespace cradle {
 namespace {
 
+/// Worth a thread: enough to fill lanes several times.
+constexpr int kPairs = 64, kColliders = 32;
+constexpr std::size_t kConstraints = 256;  // at a time
+
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 }  // namespace
@@ -29,13 +33,16 @@ std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 // The step's parts, in the order of the step.
 struct World::Steps {
   static void list_colliders(State& s);
-  static void find_pairs(State& s);
+  static void find_pairs(State& s, Executor& executor);
+  static void put_in_box(State& s, std::size_t k);
   static void collide(State& s, Executor& executor);
   static void list_composites(State& s);
-  static void list_touching(State& s);
-  static void list_contacts(State& s);
-  static void prepare(State& s);
-  static ContactTick contact_tick(const State& s);
+  static void list_touching(State& s, Executor& executor);
+  static void list_contacts(State& s, Executor& executor);
+  static void know_in_W(State& s, std::size_t i);
+  static void prepare(State& s, Executor& executor);
+  static void set_up(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies, State& s);
+  static ContactTick contact_tick(const State& s, Executor& executor);
   static StepReport report(const State& s);
 };
 
@@ -47,25 +54,25 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   begin_balance(s);
   s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
-  Steps::find_pairs(s);
-  while (wake_struck(s)) Steps::find_pairs(s);
-  bounce_balls(s);
+  Steps::find_pairs(s, executor);
+  while (wake_struck(s)) Steps::find_pairs(s, executor);
+  bounce_balls(s, executor);
   Steps::collide(s, executor);
   foresee_impacts(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
-  Steps::list_touching(s);
-  Steps::list_contacts(s);
+  Steps::list_touching(s, executor);
+  Steps::list_contacts(s, executor);
   find_shaken(s);
-  Steps::prepare(s);
+  Steps::prepare(s, executor);
   move_with_springs(s);
   add_drag(s);
-  s.solved =
-      s.solver->advance(Steps::contact_tick(s), s.arrays(), s.inverse_inertia_W, s.constraints);
+  s.solved = s.solver->advance(Steps::contact_tick(s, executor), s.arrays(), s.inverse_inertia_W,
+                               s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
   stop_at_impacts(s, executor);
-  s.contacts.store(s.bodies.id, s.constraints);
+  s.contacts.store(executor, s.bodies.id, s.constraints);
   quarantine_unusable(s);
   let_sleep(s);
   end_balance(s);
@@ -81,11 +88,15 @@ StepReport World::step() {
 void World::Steps::list_colliders(State& s) {
   s.colliders.clear();
   s.collider_ids.clear();
+  s.half_spaces.clear();
   s.reaches.resize(s.bodies.size());
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     const ShapeKind kind = s.bodies.shape[i].kind;
     if (kind != ShapeKind::none && s.can_collide(kind)) {
       s.reaches[i] = s.reach(i);
+      if (kind == ShapeKind::half_space) {
+        s.half_spaces.push_back(static_cast<std::int32_t>(s.colliders.size()));
+      }
       s.colliders.push_back(static_cast<std::int32_t>(i));
       s.collider_ids.push_back(s.bodies.id[i]);
     }
@@ -100,7 +111,7 @@ void World::Steps::list_colliders(State& s) {
 }
 
 /// Boxes that hold each body over the whole tick, and the pairs of them that overlap.
-void World::Steps::find_pairs(State& s) {
+void World::Steps::find_pairs(State& s, Executor& executor) {
   if (s.renumbered) {
     list_colliders(s);
     list_dragged(s);
@@ -108,35 +119,43 @@ void World::Steps::find_pairs(State& s) {
     list_balls(s);
   }
   begin_fast_bodies(s);
-  begin_balls(s);
+  begin_balls(s, executor);
   s.planes.clear();
-  for (std::size_t k = 0; k < s.colliders.size(); ++k) {
-    const std::size_t i = index(s.colliders[k]);
-    s.moves[k] = moves_for_pairs(s, i) ? 1 : 0;
-    if (s.bodies.is_asleep(i) && s.sleepers.is_box_known[i] != 0) continue;
-    s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
-    const BodyFrame B = s.bodies.frame(i);
-    const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
-    s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
-    s.poses[i] = now;
-    s.boxes[k] = {};
-    if (s.bodies.quarantined[i] != 0) continue;
-    if (s.bodies.shape[i].kind == ShapeKind::half_space) {
-      const Vector normal = s.poses[i].R.col(2);
-      s.planes.push_back({static_cast<std::int32_t>(k), normal, normal.dot(s.poses[i].x)});
-      continue;
-    }
-    if (s.balls.could_fly(i)) {
-      note_if_fast(s, i);
-      s.boxes[k] = box_of_ball(s, i, kSpeculativeMargin_m);
-    } else {
-      s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
-    }
+  for_each_index(executor, s.colliders.size(), kColliders,
+                 [&s](std::size_t k) { put_in_box(s, k); });
+  for (const std::int32_t slot : s.colliders) {
+    if (s.fast.is_fast[index(slot)] != 0) list_fast(s, index(slot));
   }
-  s.culling = s.broad_phase->find_pairs({s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids},
-                                        s.pairs);
+  for (const std::int32_t k : s.half_spaces) {
+    const std::size_t i = index(s.colliders[index(k)]);
+    if (s.bodies.quarantined[i] != 0) continue;
+    const Vector normal = s.poses[i].R.col(2);
+    s.planes.push_back({k, normal, normal.dot(s.poses[i].x)});
+  }
+  s.culling = s.broad_phase->find_pairs(
+      {s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids, &executor}, s.pairs);
   for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
   s.renumbered = false;
+}
+
+/// Of a collider, by its number.
+void World::Steps::put_in_box(State& s, std::size_t k) {
+  const std::size_t i = index(s.colliders[k]);
+  s.moves[k] = moves_for_pairs(s, i) ? 1 : 0;
+  if (s.bodies.is_asleep(i) && s.sleepers.is_box_known[i] != 0) return;
+  s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
+  const BodyFrame B = s.bodies.frame(i);
+  const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
+  s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
+  s.poses[i] = now;
+  s.boxes[k] = {};
+  if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
+  if (s.balls.could_fly(i)) {
+    note_if_fast(s, i);
+    s.boxes[k] = box_of_ball(s, i, kSpeculativeMargin_m);
+  } else {
+    s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
+  }
 }
 
 /// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.
@@ -174,17 +193,17 @@ class Narrow final : public MadeManifolds {
 
 /// The manifolds of all pairs, also of what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
-  if (!s.settings.is_planar) s.memory.follow(s.pairs, s.bodies.id, s.bodies.shape);
+  if (!s.settings.is_planar) s.memory.follow(executor, s.pairs, s.bodies.id, s.bodies.shape);
   s.manifolds.resize(s.pairs.size());
   list_composites(s);
-  executor.for_ranges(static_cast<int>(s.pairs.size()), [&](int begin, int end) {
+  executor.for_ranges(static_cast<int>(s.pairs.size()), kPairs, [&](int begin, int end) {
     Narrow narrow(s, end);
     for (int k = begin; k < end; ++k) {
       if (!s.is_composite(s.pairs[index(k)])) narrow.find(index(k));
     }
     narrow.finish();
   });
-  executor.for_ranges(static_cast<int>(s.composites_used), [&](int begin, int end) {
+  executor.for_ranges(static_cast<int>(s.composites_used), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       CompositePair& composite = s.composites[index(k)];
       const BodyPair& pair = s.pairs[composite.pair];
@@ -213,14 +232,17 @@ void World::Steps::list_composites(State& s) {
 }
 
 /// All manifolds with points, in the order of their pairs.
-void World::Steps::list_touching(State& s) {
+void World::Steps::list_touching(State& s, Executor& executor) {
   s.touching.clear();
   std::size_t next = 0;
   auto meeting = s.fast.meetings.cbegin();
+  s.is_touching.resize(s.pairs.size());
+  for_each_index(executor, s.pairs.size(), kPairs,
+                 [&s](std::size_t k) { s.is_touching[k] = s.manifolds[k].count > 0 ? 1 : 0; });
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     const bool is_ahead = meeting != s.fast.meetings.cend() && meeting->pair == k;
     const Meeting* ahead = is_ahead ? &*meeting++ : nullptr;
-    if (s.manifolds[k].count > 0) s.touching.push_back({s.pairs[k], &s.manifolds[k], ahead});
+    if (s.is_touching[k] != 0) s.touching.push_back({s.pairs[k], &s.manifolds[k], ahead});
     if (next == s.composites_used || s.composites[next].pair != k) continue;
     for (const Manifold& manifold : s.composites[next].manifolds) {
       s.touching.push_back({s.pairs[k], &manifold, ahead});
@@ -230,7 +252,7 @@ void World::Steps::list_touching(State& s) {
 }
 
 /// Who is in contact: these bodies are sub-stepped, with all that acts on them known in W.
-void World::Steps::list_contacts(State& s) {
+void World::Steps::list_contacts(State& s, Executor& executor) {
   BodyTable& bodies = s.bodies;
   std::fill(bodies.in_contact.begin(), bodies.in_contact.end(), std::uint8_t{0});
   for (const Touch& touch : s.touching) {
@@ -238,64 +260,88 @@ void World::Steps::list_contacts(State& s) {
   }
   s.moving.clear();
   s.driven.clear();
-  s.x_start.clear();
-  s.q_start.clear();
   for (const std::int32_t slot : s.colliders) {
     const std::size_t i = index(slot);
     if (bodies.in_contact[i] == 0) continue;
-    const bool is_offset = bodies.is_offset[i] != 0;  // the shape's frame is not the principal one
-    s.inverse_inertia_W[i] =
-        rotated_diagonal(is_offset ? Matrix(bodies.q[i].toRotationMatrix()) : s.poses[i].R,
-                         bodies.inverse_inertia[i]);
     if (bodies.kind[i] == BodyKind::kinematic) s.driven.push_back(slot);
-    if (bodies.kind[i] != BodyKind::dynamic) {
-      s.loads.set_to_gravity(i, Vector::Zero());
-      continue;
-    }
-    s.moving.push_back(slot);
-    s.x_start.push_back(bodies.x[i]);
-    s.q_start.push_back(bodies.q[i]);
-    if (s.loads.course[i] == Course::falls) s.loads.set_to_gravity(i, s.gravity_W);
-    s.loads.torque_W[i] += bodies.q[i] * s.loads.torque_P[i];
-    s.loads.torque_P[i] = Vector::Zero();
-    s.loads.course[i] = Course::touches;
+    if (bodies.kind[i] == BodyKind::dynamic) s.moving.push_back(slot);
   }
+  for_each_index(executor, s.colliders.size(), kColliders, [&s](std::size_t k) {
+    const std::size_t i = index(s.colliders[k]);
+    if (s.bodies.in_contact[i] != 0) know_in_W(s, i);
+  });
+  s.x_start.resize(s.moving.size());
+  s.q_start.resize(s.moving.size());
+  for_each_index(executor, s.moving.size(), kColliders, [&s](std::size_t k) {
+    s.x_start[k] = s.bodies.x[index(s.moving[k])];
+    s.q_start[k] = s.bodies.q[index(s.moving[k])];
+  });
   mark_sleepers_in_contact(s);
 }
 
-/// The constraints of this tick, with the forces of the last one.
-void World::Steps::prepare(State& s) {
-  s.constraints.resize(s.touching.size());
-  s.overlaps = {};
-  std::size_t used = 0;
-  const BodyArrays bodies = s.arrays();
-  ContactCache::Reader last_tick(s.contacts, s.bodies.id);
-  for (const Touch& touch : s.touching) {
-    const auto [a, b] = touch.pair;
-    if (s.bodies.inverse_mass[index(a)] == 0 && s.bodies.inverse_mass[index(b)] == 0) continue;
-    ContactConstraint& c = s.constraints[used++];
-    if (touch.ahead != nullptr) {
-      set_constraint(c, *touch.ahead, *touch.manifold, s);
-    } else {
-      set_constraint(c, *touch.manifold, a, b, bodies, s.inverse_inertia_W);
-    }
-    const ContactMaterial material =
-        combined(s.bodies.material[index(a)], s.bodies.material[index(b)]);
-    c.friction = material.friction;
-    c.restitution = material.restitution;
-    c.rolling_m = material.rolling_m;
-    c.torsional_m = material.torsional_m;
-    c.tolerance_m = s.contact_tolerance(index(a), index(b));
-    last_tick.restore(c);
-    look_at(c);
-    s.overlaps.add(c);
+/// What is in contact: its inertia, and what acts on it.
+void World::Steps::know_in_W(State& s, std::size_t i) {
+  const BodyTable& bodies = s.bodies;
+  const bool is_offset = bodies.is_offset[i] != 0;  // the shape's frame is not the principal one
+  s.inverse_inertia_W[i] = rotated_diagonal(
+      is_offset ? Matrix(bodies.q[i].toRotationMatrix()) : s.poses[i].R, bodies.inverse_inertia[i]);
+  if (bodies.kind[i] != BodyKind::dynamic) {
+    s.loads.set_to_gravity(i, Vector::Zero());
+    return;
   }
-  s.constraints.resize(used);
+  if (s.loads.course[i] == Course::falls) s.loads.set_to_gravity(i, s.gravity_W);
+  s.loads.torque_W[i] += bodies.q[i] * s.loads.torque_P[i];
+  s.loads.torque_P[i] = Vector::Zero();
+  s.loads.course[i] = Course::touches;
+}
+
+/// The constraints of this tick, with the forces of the last one.
+void World::Steps::prepare(State& s, Executor& executor) {
+  std::erase_if(s.touching, [&s](const Touch& touch) {
+    return s.bodies.inverse_mass[index(touch.pair.a)] == 0 &&
+           s.bodies.inverse_mass[index(touch.pair.b)] == 0;
+  });
+  s.constraints.resize(s.touching.size());
+  s.overlaps_of_parts.resize(chunks_of(s.touching.size(), kConstraints));
+  const BodyArrays bodies = s.arrays();
+  for_chunks(executor, s.touching.size(), kConstraints,
+             [&](std::size_t part, std::size_t begin, std::size_t end) {
+               const BodyPair& first = s.touching[begin].pair;
+               ContactCache::Reader last_tick(s.contacts, s.bodies.id, first.a, first.b);
+               Overlaps& overlaps = s.overlaps_of_parts[part] = {};
+               for (std::size_t k = begin; k < end; ++k) {
+                 set_up(s.constraints[k], s.touching[k], bodies, s);
+                 last_tick.restore(s.constraints[k]);
+                 look_at(s.constraints[k]);
+                 overlaps.add(s.constraints[k]);
+               }
+             });
+  s.overlaps = {};
+  for (const Overlaps& part : s.overlaps_of_parts) s.overlaps.add(part);
+}
+
+/// Without forces.
+void World::Steps::set_up(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies,
+                          State& s) {
+  const auto [a, b] = touch.pair;
+  if (touch.ahead != nullptr) {
+    set_constraint(c, *touch.ahead, *touch.manifold, s);
+  } else {
+    set_constraint(c, *touch.manifold, a, b, bodies, s.inverse_inertia_W);
+  }
+  const ContactMaterial material =
+      combined(s.bodies.material[index(a)], s.bodies.material[index(b)]);
+  c.friction = material.friction;
+  c.restitution = material.restitution;
+  c.rolling_m = material.rolling_m;
+  c.torsional_m = material.torsional_m;
+  c.tolerance_m = s.contact_tolerance(index(a), index(b));
 }
 
 /// What the contact solver is to know beside bodies and constraints.
-ContactTick World::Steps::contact_tick(const State& s) {
+ContactTick World::Steps::contact_tick(const State& s, Executor& executor) {
   ContactTick tick;
+  tick.executor = &executor;
   tick.dt = s.dt;
   tick.sub_steps = s.settings.sub_steps;
   tick.tolerance_m = s.settings.contact_tolerance_m;

@@ -140,11 +140,11 @@ void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const 
     }
     look_at(*c);
   }
-  blocks.pack(all, bodies, kStep.h);
+  blocks.pack(serial_executor, all, bodies, kStep.h);
 }
 
 void unpack(const ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
-  blocks.unpack(kStep.h);
+  blocks.unpack(serial_executor, kStep.h);
   for (ContactConstraint* c : all) {
     for (ConstraintPoint& p : c->used()) {
       p.lambda = kStep.h * p.force;

@@ -1,6 +1,5 @@
 // Hard cases of far worlds, of repetition, and of overlaps at the start.
 #include <catch2/catch.hpp>
-#include <functional>
 #include <random>
 #include <thread>
 #include <vector>
@@ -35,7 +34,8 @@ double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b
 /// On two threads, the halves in either order.
 class TwoThreads final : public Executor {
  public:
-  void for_ranges(int count, const std::function<void(int, int)>& task) override {
+  void for_ranges(int count, int least, RangeTask task) override {
+    if (count < 2 * least) return count > 0 ? task(0, count) : void();
     const int half = count / 2;
     std::thread other([&] {
       if (half > 0) task(0, half);

@@ -94,7 +94,7 @@ TEST_CASE(
       q.feature = p.feature + 10;
     }
     ContactCache cache;
-    cache.store(ids, std::array{before});
+    cache.store(serial_executor, ids, std::array{before});
     ContactCache::Reader(cache, ids).restore(after);
     CHECK(after.is_known);
     CHECK(force(after) == Approx(force(before)).epsilon(1e-9));
@@ -112,7 +112,7 @@ TEST_CASE(
   after.n = Vector::UnitX();
   tangents(after.n, after.t1, after.t2);
   ContactCache cache;
-  cache.store(ids, std::array{before});
+  cache.store(serial_executor, ids, std::array{before});
   ContactCache::Reader(cache, ids).restore(after);
   CHECK(force(after) == 0);
 }

@@ -61,7 +61,8 @@ std::int64_t count(const std::vector<Event>& events, EventKind kind) {
 class Threads final : public Executor {
  public:
   explicit Threads(int count) : count_(count) {}
-  void for_ranges(int count, const std::function<void(int, int)>& task) override {
+  void for_ranges(int count, int least, RangeTask task) override {
+    if (count < 2 * least) return count > 0 ? task(0, count) : void();
     std::vector<std::jthread> threads;
     for (int k = 0; k < count_; ++k) {
       threads.emplace_back(task, count * k / count_, count * (k + 1) / count_);

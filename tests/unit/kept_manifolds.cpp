@@ -136,7 +136,7 @@ class Follower {
       ids_.push_back(states_[i].body.value);
     }
     broad_phase_->find_pairs({boxes_, moves_, {}, false, ids_}, pairs_);
-    memory_.follow(pairs_, ids_, shapes_);
+    memory_.follow(serial_executor, pairs_, ids_, shapes_);
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const auto a = static_cast<std::size_t>(pairs_[k].a),
                  b = static_cast<std::size_t>(pairs_[k].b);

@@ -1,5 +1,7 @@
 #include "server/dynamics/contact/body_lines.h"
 
+#include <cstring>
+
 #include "server/dynamics/gyroscopic.h"
 #include "server/dynamics/rotation.h"
 
@@ -8,15 +10,20 @@ namespace cradle {
 void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
                       std::span<const Matrix> inverse_inertia_W) {
   bodies_ = bodies;
+  executor_ = tick.executor;
   islands_ = tick.islands;
   islands_count_ = tick.islands_count;
   moving_ = static_cast<std::int32_t>(tick.moving.size());
   driven_ = static_cast<std::int32_t>(tick.driven.size());
   const std::int32_t still = moving_ + driven_;
   line_of_slot_.assign(bodies.x.size(), still);
-  velocities_.assign(static_cast<std::size_t>(still) + 2, BodyLine{});
-  motions_.assign(velocities_.size(), BodyLine{});
-  struck_.assign(velocities_.size(), 0);
+  wastes_ = moving_ / kBlockLanes + kBlockKinds;
+  velocities_.resize(static_cast<std::size_t>(still + 1 + wastes_));
+  motions_.resize(velocities_.size());
+  struck_.resize(velocities_.size());
+  std::fill(velocities_.begin() + moving_, velocities_.end(), BodyLine{});
+  std::fill(motions_.begin() + moving_, motions_.end(), BodyLine{});
+  std::fill(struck_.begin() + moving_, struck_.end(), std::uint8_t{0});
   if (states_.size() < moving()) states_.resize(moving());
   if (turnings_.size() < moving()) turnings_.resize(moving());
   loads_.resize(moving());
@@ -27,21 +34,27 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
     v(line) = bodies.v[i];
     w(line) = bodies.w[i];
   };
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    const std::int32_t slot = tick.moving[static_cast<std::size_t>(line)];
-    enter(line, slot);
-    State& state = at(states_, line);
-    state.slot = static_cast<std::size_t>(slot);
-    state.rests = !tick.resting.empty() && at(tick.resting, line) != 0;
-    begin(line, inverse_inertia_W[static_cast<std::size_t>(slot)]);
-  }
+  frees_.resize(moving());
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    std::fill(velocities_.begin() + begin, velocities_.begin() + end, BodyLine{});
+    std::fill(motions_.begin() + begin, motions_.begin() + end, BodyLine{});
+    std::fill(struck_.begin() + begin, struck_.begin() + end, std::uint8_t{0});
+    for (std::int32_t line = begin; line < end; ++line) {
+      const std::int32_t slot = tick.moving[static_cast<std::size_t>(line)];
+      enter(line, slot);
+      State& state = at(states_, line);
+      state.slot = static_cast<std::size_t>(slot);
+      state.rests = !tick.resting.empty() && at(tick.resting, line) != 0;
+      begin_line(line, inverse_inertia_W[static_cast<std::size_t>(slot)]);
+      at(frees_, line) = at(velocities_, line);  // no contacts yet
+    }
+  });
   for (std::int32_t k = 0; k < driven_; ++k) {
     enter(moving_ + k, tick.driven[static_cast<std::size_t>(k)]);
   }
-  frees_.assign(velocities_.begin(), velocities_.begin() + moving_);  // no contacts yet
 }
 
-void BodyLines::begin(std::int32_t line, const Matrix& inverse_inertia_W) {
+void BodyLines::begin_line(std::int32_t line, const Matrix& inverse_inertia_W) {
   State& state = at(states_, line);
   const std::size_t i = state.slot;
   state.turns = !bodies_.inverse_inertia[i].isZero(0);
@@ -94,19 +107,25 @@ Vector BodyLines::free_turn(const State& state, const Turning& turning, const Ve
 }
 
 void BodyLines::integrate_velocities(double h, double smooth_factor) {
-  has_struck_ = false;
   const double smooth_s = smooth_factor * h;
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    auto velocity = all(at(velocities_, line)), free = all(at(frees_, line));
-    const AllOfLine by_contacts = velocity - free;
-    all(at(begins_, line)) = velocity;
-    free = velocity + h * all(at(loads_, line));
-    const State& state = at(states_, line);
-    if (state.tumbles)
-      angular(at(frees_, line)) = free_turn(state, at(turnings_, line), w(line), h);
-    velocity = free + by_contacts;
-    note_if_struck(line, by_contacts, smooth_s);
-  }
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (std::int32_t line = begin; line < end; ++line) {
+      auto velocity = all(at(velocities_, line)), free = all(at(frees_, line));
+      const AllOfLine by_contacts = velocity - free;
+      all(at(begins_, line)) = velocity;
+      free = velocity + h * all(at(loads_, line));
+      const State& state = at(states_, line);
+      if (state.tumbles)
+        angular(at(frees_, line)) = free_turn(state, at(turnings_, line), w(line), h);
+      velocity = free + by_contacts;
+      note_if_struck(line, by_contacts, smooth_s);
+    }
+  });
+  note_if_any_is_struck();
+}
+
+void BodyLines::note_if_any_is_struck() {
+  has_struck_ = std::memchr(struck_.data(), 1, moving()) != nullptr;
 }
 
 void BodyLines::strike(std::int32_t line, const Vector& dv, const Vector& dw, double t) {
@@ -143,23 +162,25 @@ void BodyLines::integrate_positions(double h, double smooth_factor) {
     linear(motion) += step;
     angular(motion) += angle;
   };
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    const State& state = at(states_, line);
-    const auto v_begin = linear(at(begins_, line)), w_begin = angular(at(begins_, line));
-    const Vector change = v(line) - v_begin;
-    const double smooth = smooth_factor * h * state.pull;
-    const bool is_smooth = !state.rests && change.squaredNorm() <= smooth * smooth;
-    const Vector step = h * (is_smooth ? Vector(v_begin + 0.5 * change) : Vector(v(line)));
-    if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
-    if (state.tumbles || !state.turns) {  // the gyroscopic step is implicit, too
-      move(line, step, h * w(line));
-      continue;
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (std::int32_t line = begin; line < end; ++line) {
+      const State& state = at(states_, line);
+      const auto v_begin = linear(at(begins_, line)), w_begin = angular(at(begins_, line));
+      const Vector change = v(line) - v_begin;
+      const double smooth = smooth_factor * h * state.pull;
+      const bool is_smooth = !state.rests && change.squaredNorm() <= smooth * smooth;
+      const Vector step = h * (is_smooth ? Vector(v_begin + 0.5 * change) : Vector(v(line)));
+      if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
+      if (state.tumbles || !state.turns) {  // the gyroscopic step is implicit, too
+        move(line, step, h * w(line));
+        continue;
+      }
+      const Vector spin = w(line) - w_begin;
+      const bool turns_smoothly =
+          is_smooth && state.gyration2 * spin.squaredNorm() <= smooth * smooth;
+      move(line, step, h * (turns_smoothly ? Vector(w_begin + 0.5 * spin) : Vector(w(line))));
     }
-    const Vector spin = w(line) - w_begin;
-    const bool turns_smoothly =
-        is_smooth && state.gyration2 * spin.squaredNorm() <= smooth * smooth;
-    move(line, step, h * (turns_smoothly ? Vector(w_begin + 0.5 * spin) : Vector(w(line))));
-  }
+  });
   for (std::int32_t line = moving_; line < moving_ + driven_; ++line) {
     move(line, h * v(line), h * w(line));
   }
@@ -177,22 +198,24 @@ void BodyLines::move(std::size_t slot, const Vector& step) {
 }
 
 void BodyLines::finish() {
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    const State& state = at(states_, line);
-    const Turning& turning = at(turnings_, line);
-    Rotation& q = bodies_.q[state.slot];
-    move(state.slot, dp(line));
-    bodies_.v[state.slot] = v(line);
-    if (!state.turns) continue;
-    if (state.tumbles && turning.axial_share != 0) {
-      q = normalised(turning.frame * rotation_exp(turning.spin * turning.axis) * q);
-      bodies_.w[state.slot] = turning.frame * Vector(w(line));
-      continue;
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (std::int32_t line = begin; line < end; ++line) {
+      const State& state = at(states_, line);
+      const Turning& turning = at(turnings_, line);
+      Rotation& q = bodies_.q[state.slot];
+      move(state.slot, dp(line));
+      bodies_.v[state.slot] = v(line);
+      if (!state.turns) continue;
+      if (state.tumbles && turning.axial_share != 0) {
+        q = normalised(turning.frame * rotation_exp(turning.spin * turning.axis) * q);
+        bodies_.w[state.slot] = turning.frame * Vector(w(line));
+        continue;
+      }
+      if (!state.tumbles) q = normalised(rotation_exp(theta(line)) * q);
+      bodies_.w[state.slot] =
+          state.tumbles ? Vector(q * (turning.R_start.transpose() * w(line))) : Vector(w(line));
     }
-    if (!state.tumbles) q = normalised(rotation_exp(theta(line)) * q);
-    bodies_.w[state.slot] =
-        state.tumbles ? Vector(q * (turning.R_start.transpose() * w(line))) : Vector(w(line));
-  }
+  });
 }
 
 }  // namespace cradle

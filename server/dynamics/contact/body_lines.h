@@ -40,6 +40,8 @@ inline Eigen::Map<AllOfLine, Eigen::Aligned16> all(BodyLine& line) {
 }
 
 class BodyLines {
+  static constexpr int kLinesWorthAThread = 128;  // of some nanoseconds each
+
   template <class Lines>
   static auto& at(Lines& lines, std::int32_t line) {
     return lines[static_cast<std::size_t>(line)];
@@ -90,8 +92,11 @@ class BodyLines {
   bool yields(std::int32_t line) const { return line < moving_; }
   /// Stands for no body.
   std::int32_t nobody() const { return moving_ + driven_; }
-  /// Where nothing is read: written for bodies that do not yield.
-  std::int32_t waste() const { return moving_ + driven_ + 1; }
+  /// Where nothing is read: written for bodies that do not yield. One a block, for blocks that are
+  /// solved side by side: these are fewer.
+  std::int32_t waste(std::size_t block) const {
+    return moving_ + driven_ + 1 + static_cast<std::int32_t>(block) % wastes_;
+  }
   std::size_t lines() const { return velocities_.size(); }
   std::size_t moving() const { return static_cast<std::size_t>(moving_); }
   bool tumbles(std::int32_t line) const {
@@ -165,7 +170,13 @@ class BodyLines {
     Matrix R_start;
   };
 
-  void begin(std::int32_t line, const Matrix& inverse_inertia_W);
+  /// Calls `f(begin, end)` for all lines that yield, side by side.
+  template <class F>
+  void for_moving(const F& f) {
+    executor_->for_ranges(moving_, kLinesWorthAThread, f);
+  }
+  void begin_line(std::int32_t line, const Matrix& inverse_inertia_W);
+  void note_if_any_is_struck();
   /// By a change that a load would not make in `smooth_s` seconds.
   void note_if_struck(std::int32_t line, const AllOfLine& change, double smooth_s) {
     const State& state = at(states_, line);
@@ -175,7 +186,6 @@ class BodyLines {
     const double smooth2 = smooth_s * smooth_s * state.pull * state.pull;
     const bool is_struck = (v2 > smooth2) | (state.gyration2 * w2 > smooth2);
     at(struck_, line) = is_struck ? 1 : 0;
-    has_struck_ |= is_struck;
   }
   std::size_t island_of(std::int32_t line) const {
     return islands_.empty() ? 0 : static_cast<std::size_t>(at(islands_, line));
@@ -186,7 +196,8 @@ class BodyLines {
   void move(std::size_t slot, const Vector& step);
 
   BodyArrays bodies_;
-  std::int32_t moving_ = 0, driven_ = 0;
+  Executor* executor_ = &serial_executor;
+  std::int32_t moving_ = 0, driven_ = 0, wastes_ = 1;
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;
   std::vector<Turning> turnings_;
@@ -209,7 +220,8 @@ class BodyLines {
   std::vector<std::uint8_t> struck_;  // by line
   bool has_struck_ = false;
   std::vector<BodyLine> repeats_;
-  std::vector<Gain> gains_;  // by island
+  std::vector<Gain> gains_;  // by line
+  std::vector<Gain> gains_of_islands_;
   std::vector<double> shares_;
   double work_of_torques_ = 0;  // J, so far, if there is a balance
 };

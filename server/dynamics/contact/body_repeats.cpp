@@ -16,39 +16,56 @@ namespace cradle {
 
 void BodyLines::find_struck(double h, double smooth_factor) {
   const double smooth_s = smooth_factor * h;
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    note_if_struck(line, all(at(velocities_, line)) - all(at(frees_, line)), smooth_s);
-  }
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (std::int32_t line = begin; line < end; ++line) {
+      note_if_struck(line, all(at(velocities_, line)) - all(at(frees_, line)), smooth_s);
+    }
+  });
+  note_if_any_is_struck();
 }
 
 void BodyLines::begin_repeats() {
-  repeats_.assign(velocities_.size(), BodyLine{});
+  repeats_.resize(velocities_.size());
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    std::fill(repeats_.begin() + begin, repeats_.begin() + end, BodyLine{});
+  });
   std::swap(velocities_, repeats_);
 }
 
 std::span<const double> BodyLines::limit_repeats() {
-  gains_.assign(islands_count_, {0, 0});
+  gains_.resize(moving());
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (std::int32_t line = begin; line < end; ++line) {
+      const Vector dv = linear(at(repeats_, line)), dw = angular(at(repeats_, line));
+      at(gains_, line) = {0, 0};
+      if (dv.isZero(0) && dw.isZero(0)) continue;
+      const double before = kinetic_energy(line, v(line) - dv, w(line) - dw);
+      at(gains_, line) = {kinetic_energy(line, v(line), w(line)) - before,
+                          kinetic_energy(line, dv, dw)};
+    }
+  });
+  gains_of_islands_.assign(islands_count_, {0, 0});
   for (std::int32_t line = 0; line < moving_; ++line) {
-    const Vector dv = linear(at(repeats_, line)), dw = angular(at(repeats_, line));
-    if (dv.isZero(0) && dw.isZero(0)) continue;
-    Gain& gain = gains_[island_of(line)];
-    gain.all +=
-        kinetic_energy(line, v(line), w(line)) - kinetic_energy(line, v(line) - dv, w(line) - dw);
-    gain.own += kinetic_energy(line, dv, dw);
+    Gain& gain = gains_of_islands_[island_of(line)];
+    gain.all += at(gains_, line).all;
+    gain.own += at(gains_, line).own;
   }
   shares_.assign(islands_count_, 1);
   bool is_any_less = false;
   for (std::size_t i = 0; i < islands_count_; ++i) {
-    if (gains_[i].all <= 0) continue;
+    const Gain& gain = gains_of_islands_[i];
+    if (gain.all <= 0) continue;
     is_any_less = true;
     // Of a share x: x (all - own) + x^2 own, least at (1 - all / own) / 2.
-    shares_[i] = std::max(0.0, 0.5 * (1 - gains_[i].all / gains_[i].own));
+    shares_[i] = std::max(0.0, 0.5 * (1 - gain.all / gain.own));
   }
   if (!is_any_less) return {};
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    const double less = shares_[island_of(line)] - 1;
-    if (less != 0) all(at(velocities_, line)) += less * all(at(repeats_, line));
-  }
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (std::int32_t line = begin; line < end; ++line) {
+      const double less = shares_[island_of(line)] - 1;
+      if (less != 0) all(at(velocities_, line)) += less * all(at(repeats_, line));
+    }
+  });
   return shares_;
 }
 

@@ -11,6 +11,7 @@ namespace cradle {
 
 inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
 inline constexpr int kBlockPoints = 4;
+inline constexpr int kBlockKinds = 5;  ///< of runs: by points, and whether these are joint
 /// Of contacts with restitution: they do not slow down what comes (impacts.h).
 inline constexpr double kImpactHaste = 1e9;
 

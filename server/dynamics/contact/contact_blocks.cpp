@@ -13,7 +13,10 @@ struct Kind {
   bool joint;
 };
 constexpr Kind kKinds[] = {{1, false}, {2, false}, {4, false}, {2, true}, {4, true}};
-constexpr std::int32_t kGroupsAColour = std::size(kKinds);
+constexpr int kFillsWorthAThread = 16;   // of a tenth of a microsecond each
+constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
+constexpr std::int32_t kGroupsAColour = kBlockKinds;
+static_assert(std::size(kKinds) == kBlockKinds);
 
 /// Points that all carried last tick, or are all new, are likely to carry together: they are solved
 /// at once, which also keeps a symmetric stack symmetric.
@@ -58,14 +61,13 @@ void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
   std::fill_n(block.source, kBlockLanes, -1);
 }
 
-void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_t source, double h,
-          const BodyLines& bodies) {
+void fill(ContactBlock& block, int lane, const ContactConstraint& c, double h,
+          const BodyLines& bodies, std::int32_t waste) {
   const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
-  block.source[lane] = source;
   block.a[lane] = a;
   block.b[lane] = b;
-  block.a_out[lane] = bodies.yields(a) ? a : bodies.waste();
-  block.b_out[lane] = bodies.yields(b) ? b : bodies.waste();
+  block.a_out[lane] = bodies.yields(a) ? a : waste;
+  block.b_out[lane] = bodies.yields(b) ? b : waste;
   const Vector arm_A = centre(c);
   set(block.n, lane, c.n);
   set(block.t1, lane, c.t1);
@@ -100,32 +102,56 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, std::int32_
   }
 }
 
+void take_results(const ContactBlock& block, int lane, double h, ContactConstraint& c) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
+    ConstraintPoint& p = c.points[i];
+    p.s = block.s[i][lane];
+    p.force = block.lambda[i][lane] / h;
+    p.force_t = {block.lambda_1[i][lane] / h, block.lambda_2[i][lane] / h};
+    p.K_normal = 1 / block.yields[i][lane];
+  }
+}
+
 }  // namespace
+
+/// Of each by itself, what the others are not asked for.
+void ContactBlocks::look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
+                                const BodyLines& bodies) {
+  const auto body = [&](std::int32_t slot) {
+    const std::int32_t line = bodies.line(slot);
+    return bodies.yields(line) ? line : -1;
+  };
+  looks_.resize(constraints.size());
+  for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
+    const ContactConstraint& c = *constraints[k];
+    looks_[k] = {{body(c.a), body(c.b)}, kind_of(c), c.is_ahead, c.turns_heavily()};
+  });
+}
 
 void ContactBlocks::count_groups(std::span<ContactConstraint* const> constraints,
                                  const BodyLines& bodies) {
   pairs_.clear();
   sources_.clear();
-  const auto body = [&](std::int32_t slot) {
-    const std::int32_t line = bodies.line(slot);
-    return bodies.yields(line) ? line : -1;
-  };
-  for (ContactConstraint* c : constraints) {
-    if (c->is_ahead) continue;
-    sources_.push_back(c);
-    pairs_.push_back({body(c->a), body(c->b)});
+  heavy_.clear();
+  groups_.clear();
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    const Look& look = looks_[k];
+    if (look.is_ahead) continue;
+    if (look.turns_heavily) heavy_.push_back(sources_.size());
+    sources_.push_back(constraints[k]);
+    pairs_.push_back(look.bodies);
+    groups_.push_back(look.kind);
   }
   const std::span<const std::uint8_t> colours = colouring_.of(pairs_, bodies.moving());
-  groups_.clear();
   counts_.assign(kGroupsAColour * (kColours + 1), 0);
   for (std::size_t k = 0; k < sources_.size(); ++k) {
-    groups_.push_back(kGroupsAColour * colours[k] + kind_of(*sources_[k]));
-    ++counts_[index(groups_.back())];
+    groups_[k] += kGroupsAColour * colours[k];
+    ++counts_[index(groups_[k])];
   }
 }
 
 /// Room for all; from here on `counts_` holds where a group's next one goes.
-void ContactBlocks::make_runs(std::int32_t nobody, std::int32_t waste) {
+void ContactBlocks::make_runs(const BodyLines& bodies) {
   const auto is_serial = [](std::size_t group) { return group >= kGroupsAColour * kColours; };
   const auto blocks_of = [&](std::size_t group) {
     const std::int32_t lanes = is_serial(group) ? 1 : kBlockLanes;
@@ -136,35 +162,61 @@ void ContactBlocks::make_runs(std::int32_t nobody, std::int32_t waste) {
   if (blocks_.size() < used_) blocks_.resize(used_ + used_ / 4);
 
   runs_.clear();
+  colours_.clear();
   std::int32_t next = 0;
   for (std::size_t group = 0; group < counts_.size(); ++group) {
+    if (group % kGroupsAColour == 0 && (colours_.empty() || colours_.back().runs > 0)) {
+      colours_.push_back({});
+    }
     if (counts_[group] == 0) continue;
+    if (colours_.back().runs == 0) colours_.back() = {runs_.size(), 0, 0, is_serial(group)};
     const std::span blocks(blocks_.data() + next, index(blocks_of(group)));
     const bool all = is_serial(group);  // else the last one alone has lanes without a manifold
-    for (ContactBlock& block : all ? blocks : blocks.last(1)) clear(block, nobody, waste);
+    for (ContactBlock& block : all ? blocks : blocks.last(1)) {
+      clear(block, bodies.nobody(),
+            bodies.waste(static_cast<std::size_t>(&block - blocks_.data())));
+    }
     const Kind kind = kKinds[group % kGroupsAColour];
     const auto count = static_cast<std::int32_t>(blocks.size());
     runs_.push_back({blocks.data(), count, kind.points, kind.joint});
+    ++colours_.back().runs;
+    colours_.back().blocks += count;
     counts_[group] = next * kBlockLanes;
     next += count;
   }
 }
 
-void ContactBlocks::pack(std::span<ContactConstraint* const> constraints, const BodyLines& bodies,
-                         double h) {
-  count_groups(constraints, bodies);
-  make_runs(bodies.nobody(), bodies.waste());
-  turning_.clear();
-  driven_.clear();
+/// Who goes where.
+void ContactBlocks::place() {
+  places_.resize(sources_.size());
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     std::int32_t& next = counts_[index(groups_[k])];
-    fill(blocks_[index(next / kBlockLanes)], next % kBlockLanes, *sources_[k],
-         static_cast<std::int32_t>(k), h, bodies);
-    if (sources_[k]->turns_heavily()) {
-      turning_.push_back({sources_[k], &blocks_[index(next / kBlockLanes)], next % kBlockLanes});
-    }
-    note_driven(index(next / kBlockLanes), next % kBlockLanes, *sources_[k], bodies);
+    places_[k] = next;
+    blocks_[index(next / kBlockLanes)].source[next % kBlockLanes] = static_cast<std::int32_t>(k);
     next += groups_[k] >= kGroupsAColour * kColours ? kBlockLanes : 1;
+  }
+}
+
+void ContactBlocks::pack(Executor& executor, std::span<ContactConstraint* const> constraints,
+                         const BodyLines& bodies, double h) {
+  look_at_all(executor, constraints, bodies);
+  count_groups(constraints, bodies);
+  make_runs(bodies);
+  place();
+  for_each_index(executor, sources_.size(), kFillsWorthAThread, [&](std::size_t k) {
+    const std::size_t block = index(places_[k] / kBlockLanes);
+    fill(blocks_[block], places_[k] % kBlockLanes, *sources_[k], h, bodies, bodies.waste(block));
+  });
+  turning_.clear();
+  for (const std::size_t k : heavy_) {
+    ContactBlock& block = blocks_[index(places_[k] / kBlockLanes)];
+    turning_.push_back({sources_[k], &block, places_[k] % kBlockLanes});
+  }
+  driven_.clear();
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    if (pairs_[k].a >= 0 && pairs_[k].b >= 0) continue;
+    const std::int32_t place = places_[k];
+    note_driven(index(place / kBlockLanes), place % kBlockLanes, *sources_[k], bodies);
   }
 }
 
@@ -186,8 +238,9 @@ void ContactBlocks::follow_driven(const BodyLines& bodies) {
   }
 }
 
-void ContactBlocks::repeat_struck(const ContactKernels& kernels, BodyLines& bodies) {
-  for (const BlockRun& run : runs_) {
+void ContactBlocks::repeat_struck(Executor& executor, const ContactKernels& kernels,
+                                  BodyLines& bodies) {
+  in_order(executor, [&](const BlockRun& run) {
     for (ContactBlock& block : std::span(run.blocks, index(run.count))) {
       bool is_any_struck = false;
       for (int lane = 0; lane < kBlockLanes; ++lane) {
@@ -199,12 +252,12 @@ void ContactBlocks::repeat_struck(const ContactKernels& kernels, BodyLines& bodi
         kernels.repeat({&block, 1, run.points, run.joint}, bodies.velocities());
       }
     }
-  }
+  });
 }
 
-void ContactBlocks::scale_struck(const ContactKernels& kernels, std::span<const double> shares,
-                                 const BodyLines& bodies) {
-  for (const BlockRun& run : runs_) {
+void ContactBlocks::scale_struck(Executor& executor, const ContactKernels& kernels,
+                                 std::span<const double> shares, const BodyLines& bodies) {
+  in_any_order(executor, [&](const BlockRun& run) {
     for (ContactBlock& block : std::span(run.blocks, index(run.count))) {
       bool is_any_less = false;
       for (int lane = 0; lane < kBlockLanes; ++lane) {
@@ -214,23 +267,14 @@ void ContactBlocks::scale_struck(const ContactKernels& kernels, std::span<const 
       }
       if (is_any_less) kernels.scale({&block, 1, run.points, run.joint});
     }
-  }
+  });
 }
 
-void ContactBlocks::unpack(double h) const {
-  for (const ContactBlock& block : std::span(blocks_).first(used_)) {
-    for (int lane = 0; lane < kBlockLanes; ++lane) {
-      if (block.source[lane] < 0) continue;
-      ContactConstraint& c = *sources_[index(block.source[lane])];
-      for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-        ConstraintPoint& p = c.points[i];
-        p.s = block.s[i][lane];
-        p.force = block.lambda[i][lane] / h;
-        p.force_t = {block.lambda_1[i][lane] / h, block.lambda_2[i][lane] / h};
-        p.K_normal = 1 / block.yields[i][lane];
-      }
-    }
-  }
+void ContactBlocks::unpack(Executor& executor, double h) const {
+  for_each_index(executor, sources_.size(), kFillsWorthAThread, [&](std::size_t k) {
+    take_results(blocks_[index(places_[k] / kBlockLanes)], places_[k] % kBlockLanes, h,
+                 *sources_[k]);
+  });
 }
 
 }  // namespace cradle

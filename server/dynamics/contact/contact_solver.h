@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/collision/executor.h"
 #include "server/dynamics/contact/contact_balance.h"
 #include "server/dynamics/contact/contact_constraint.h"
 
@@ -28,6 +29,7 @@ struct ContactTick {
   /// Of `moving`, in their order: 1 if it lies among others and none moves much. Empty: none does.
   std::span<const std::uint8_t> resting = {};
   std::span<const std::int32_t> stirred = {};  ///< slots of bodies whose loads have just changed
+  Executor* executor = &serial_executor;       ///< where work goes that may be done side by side
 };
 
 /// Islands that took the same number of sub-steps.

@@ -46,6 +46,8 @@ constexpr int kSweepsWithoutPast = 16;
 /// While many are pushed apart: one leaves velocities that throw the last ("overlap by 5 cm").
 constexpr int kSweepsToPart = 2;
 
+constexpr int kConstraintsWorthAThread = 128;  // of some nanoseconds each
+
 int relaxing_sweeps(Past past, int sub_step) {
   if (past == Past::parts) return kSweepsToPart;
   if (past == Past::lasts || (past == Past::changes && sub_step > 0)) return 1;
@@ -62,6 +64,7 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
                         std::span<ContactConstraint* const> constraints, Past past) {
   kernels_ = &contact_kernels_of(tick.lanes);
+  executor_ = tick.executor;
   step_ = sub_step_of(tick.dt / tick.sub_steps);
   bodies_.begin(tick, arrays, inverse_inertia_W);
   sort(constraints);
@@ -84,7 +87,7 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   paid_J_ = impacts_.is_empty() ? 0 : bodies_.pay_debts();
   if (tick.is_balanced) bodies_.end_balance(balance_, tick.dt);
   judge();
-  blocks_.unpack(step_.h);
+  blocks_.unpack(*executor_, step_.h);
   bodies_.finish();
   for (TurningContact& turning : turning_) turning.finish(step_.h);
   for (ContactConstraint* c : singles_) {
@@ -97,11 +100,20 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
 
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  blocks_.pack(constraints, bodies_, step_.h);
-  for (const BlockRun& run : blocks_.runs()) kernels_->prepare(run);
+  blocks_.pack(*executor_, constraints, bodies_, step_.h);
+  blocks_.in_any_order(*executor_, [this](const BlockRun& run) { kernels_->prepare(run); });
+  is_special_.resize(constraints.size());
+  for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
+    ContactConstraint& c = *constraints[k];
+    is_special_[k] = c.is_ahead || c.restitution > 0 ? 1 : 0;
+    if (is_special_[k] != 0) find_effective_masses(c);
+  });
   singles_.clear();
-  for (ContactConstraint* c : constraints) {
-    if (c->is_ahead || c->restitution > 0) find_effective_masses(*c);
+  bouncing_.clear();
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    if (is_special_[k] == 0) continue;
+    ContactConstraint* const c = constraints[k];
+    if (c->restitution > 0) bouncing_.push_back(c);
     if (!c->is_ahead) continue;
     singles_.push_back(c);
     for (ConstraintPoint& p : c->used()) {
@@ -116,11 +128,12 @@ void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
   for (ContactConstraint* c : singles_) {
     if (c->turns_heavily()) turning_.emplace_back(*c, bodies_, nullptr, 0);
   }
-  impacts_.begin(constraints, bodies_);
+  impacts_.begin(bouncing_, bodies_);
 }
 
 void SoftBatch::warm_start() {
-  for (const BlockRun& run : blocks_.runs()) kernels_->warm_start(run, bodies_.velocities());
+  blocks_.in_order(
+      *executor_, [this](const BlockRun& run) { kernels_->warm_start(run, bodies_.velocities()); });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).warm_start();
   for (TurningContact& turning : turning_) turning.warm_start(bodies_, step_.h);
   bodies_.find_struck(step_.h, kTolerances.smooth_factor);
@@ -130,26 +143,28 @@ void SoftBatch::warm_start() {
 void SoftBatch::limit_repeats() {
   if (!bodies_.has_struck()) return;
   bodies_.begin_repeats();
-  blocks_.repeat_struck(*kernels_, bodies_);
+  blocks_.repeat_struck(*executor_, *kernels_, bodies_);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).repeat_struck();
   for (const TurningContact& turning : turning_) turning.repeat_struck(bodies_);
   bodies_.end_repeats();
   const std::span<const double> shares = bodies_.limit_repeats();
   if (shares.empty()) return;
-  blocks_.scale_struck(*kernels_, shares, bodies_);
+  blocks_.scale_struck(*executor_, *kernels_, shares, bodies_);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).scale_struck(shares);
   for (TurningContact& turning : turning_) turning.scale_struck(shares, bodies_);
 }
 
 void SoftBatch::solve() {
-  for (const BlockRun& run : blocks_.runs()) kernels_->solve(run, step_, bodies_.velocities());
+  blocks_.in_order(*executor_, [this](const BlockRun& run) {
+    kernels_->solve(run, step_, bodies_.velocities());
+  });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).solve(step_);
 }
 
 void SoftBatch::relax() {
-  for (const BlockRun& run : blocks_.runs()) {
+  blocks_.in_order(*executor_, [this](const BlockRun& run) {
     kernels_->relax(run, step_, bodies_.velocities(), bodies_.motions());
-  }
+  });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).relax(step_);
   for (TurningContact& turning : turning_) turning.rub(bodies_);
 }
@@ -158,10 +173,12 @@ void SoftBatch::relax() {
 /// the other loses. Where they give, that is nobody's.
 void SoftBatch::add_work() {
   bodies_.take_means(step_.h);
-  ContactWork work{};
-  for (const BlockRun& run : blocks_.runs()) kernels_->work(run, bodies_.means(), work);
+  works_.assign(blocks_.parts(), {});
+  blocks_.in_parts(*executor_, [this](std::size_t part, const BlockRun& run) {
+    kernels_->work(run, bodies_.means(), works_[part]);
+  });
   ContactBalance given;
-  given.add(work);
+  for (const ContactWork& work : works_) given.add(work);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).add_work(given);
   for (const TurningContact& turning : turning_) turning.add_work(bodies_, given);
   given.impacts_J = std::min(given.impacts_J, 0.0);
@@ -169,12 +186,12 @@ void SoftBatch::add_work() {
 }
 
 void SoftBatch::judge() {
-  ContactTally tally{};
-  for (const BlockRun& run : blocks_.runs()) {
-    kernels_->judge(run, step_, bodies_.velocities(), tally);
-  }
+  tallies_.assign(blocks_.parts(), {});
+  blocks_.in_parts(*executor_, [this](std::size_t part, const BlockRun& run) {
+    kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
+  });
   residual_ = {};
-  residual_.add(tally);
+  for (const ContactTally& tally : tallies_) residual_.add(tally);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).judge(step_, residual_);
 }
 

@@ -48,12 +48,16 @@ class SoftBatch {
   void judge();
 
   const ContactKernels* kernels_ = nullptr;
+  Executor* executor_ = nullptr;
   SubStep step_{};
   BodyLines bodies_;
   ContactBlocks blocks_;
-  std::vector<ContactConstraint*> singles_;
+  std::vector<std::uint8_t> is_special_;  // by constraint: single, or bounces
+  std::vector<ContactConstraint*> singles_, bouncing_;
   std::vector<TurningContact> turning_;
   Impacts impacts_;
+  std::vector<ContactWork> works_;  // by part of the blocks
+  std::vector<ContactTally> tallies_;
   double paid_J_ = 0;
   ContactResidual residual_;
   ContactBalance balance_;

@@ -20,6 +20,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
@@ -57,6 +58,9 @@ constexpr double kPressExcess = 1.1;
 /// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
 constexpr double kRestTicks = 2;
 
+/// Constraints that are worth a thread, of some tens of nanoseconds each.
+constexpr int kChunk = 64;
+
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 class SoftStep final : public SoftSolver {
@@ -75,21 +79,15 @@ class SoftStep final : public SoftSolver {
     report_ = {};
     if (constraints.empty()) return report_;
     find_islands(tick, arrays.x.size(), constraints);
-    look_at_islands(constraints, tick.dt);
+    look_at_all(*tick.executor, constraints, arrays, tick.dt);
+    look_at_islands();
     find_ways(tick, arrays);
     find_pasts(tick, arrays, constraints);
-    choose_sub_steps(tick, arrays, constraints);
+    choose_sub_steps(tick, constraints);
     find_resting(tick, arrays, inverse_inertia_W, constraints);
-    const auto advance_with = [&](int n) {
-      if (std::ranges::find(sub_steps_, n) == sub_steps_.end()) return;
-      for (const Past past : kPasts) {
-        advance_islands_with(n, past, tick, arrays, inverse_inertia_W, constraints);
-      }
-    };
-    if (tick.sub_steps > 0) {
-      advance_with(tick.sub_steps);
-    } else {
-      for (const int n : kSubSteps) advance_with(n);
+    sort_by_batch(tick, arrays, constraints);
+    for (const Batch& batch : batches_) {
+      if (batch.islands > 0) advance_batch(batch, tick, arrays, inverse_inertia_W);
     }
     PointResidual& most = report_.residual.most;
     most.natural_mps = std::max(most.natural_mps, settling_.unbalanced_mps());
@@ -105,8 +103,33 @@ class SoftStep final : public SoftSolver {
     report_.islands = static_cast<int>(islands_.count());
   }
 
+  /// What there is to know of each constraint by itself.
+  struct Look {
+    double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
+    bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven;
+  };
+  void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
+                   const BodyArrays& arrays, double dt) {
+    const double deep_m = push_speed() * dt;
+    const auto is_driven = [&](std::int32_t slot) {
+      return islands_.numbers()[index(slot)] < 0 &&
+             !(arrays.v[index(slot)].isZero(0) && arrays.w[index(slot)].isZero(0));
+    };
+    looks_.resize(constraints.size());
+    for_each_index(executor, constraints.size(), kChunk, [&](std::size_t k) {
+      const ContactConstraint& c = *constraints[k];
+      looks_[k] = {c.press > 0 ? c.press : first_press(c, arrays),
+                   c.tolerance_m,
+                   c.press > 0,
+                   c.is_met,
+                   c.is_known,
+                   c.carrying > 0 && c.carrying<c.count, c.deepest_m> deep_m,
+                   is_driven(c.a) || is_driven(c.b)};
+    });
+  }
+
   /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
-  void look_at_islands(std::span<ContactConstraint* const> constraints, double dt) {
+  void look_at_islands() {
     has_past_.assign(islands_.count(), 0);
     sizes_.assign(islands_.count(), 0);
     excess_.assign(islands_.count(), 0);
@@ -115,14 +138,13 @@ class SoftStep final : public SoftSolver {
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
       ++sizes_[islands_.of(static_cast<std::int32_t>(k))];
     }
-    const double deep_m = push_speed() * dt;
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
-      const ContactConstraint& c = *constraints[k];
+    for (std::size_t k = 0; k < looks_.size(); ++k) {
+      const Look& look = looks_[k];
       const std::size_t island = islands_.of_constraint(k);
-      has_past_[island] |= c.press > 0;
-      if (c.is_known) pasts_[island] = Past::lasts;
-      lies_askew_[island] |= c.carrying > 0 && c.carrying < c.count;
-      excess_[island] += c.deepest_m > deep_m ? 3 : -1;
+      has_past_[island] |= look.was_pressed;
+      if (look.is_known) pasts_[island] = Past::lasts;
+      lies_askew_[island] |= look.is_askew;
+      excess_[island] += look.is_deep ? 3 : -1;
     }
   }
 
@@ -178,14 +200,8 @@ class SoftStep final : public SoftSolver {
       if (settling_.rests(i)) pasts_[i] = Past::rests;
       is_calm_[i] = ways_[i] == 0 && pasts_[i] != Past::changes ? 1 : 0;
     }
-    for (const ContactConstraint* c : constraints) {
-      for (const std::int32_t slot : {c->a, c->b}) {
-        const bool is_driven =
-            islands_.numbers()[index(slot)] < 0 && !arrays.v[index(slot)].isZero(0);
-        const bool is_turned =
-            islands_.numbers()[index(slot)] < 0 && !arrays.w[index(slot)].isZero(0);
-        if (is_driven || is_turned) is_calm_[grouping().of(*c)] = 0;
-      }
+    for (std::size_t k = 0; k < looks_.size(); ++k) {
+      if (looks_[k].is_driven) is_calm_[islands_.of_constraint(k)] = 0;
     }
   }
 
@@ -212,26 +228,35 @@ class SoftStep final : public SoftSolver {
 
   /// How many contacts of each island ask for each number of sub-steps. Of an island without a past
   /// loads are not known yet: then as if all its bodies lay on one of them.
-  void count_demands(const ContactTick& tick, const BodyArrays& arrays,
-                     std::span<ContactConstraint* const> constraints) {
+  void count_demands(const ContactTick& tick) {
     demands_.assign(islands_.count(), {});
-    asked_.assign(constraints.size(), 0);
     least_.assign(islands_.count(), 0);
+    asked_.resize(looks_.size());
+    choices_.resize(looks_.size());
     const double whole = tick.dt / contact_angle();
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
+    for_each_index(*tick.executor, looks_.size(), kChunk, [&](std::size_t k) {
       const std::size_t island = islands_.of_constraint(k);
-      const ContactConstraint& c = *constraints[k];
-      const double tolerance_m = c.tolerance_m > 0 ? c.tolerance_m : tick.tolerance_m;
+      const Look& look = looks_[k];
+      asked_[k] = 0;
+      choices_[k] = kNoChoice;
+      const double tolerance_m = look.tolerance_m > 0 ? look.tolerance_m : tick.tolerance_m;
       const double square = whole * whole / std::max(tolerance_m, ways_[island]);
-      if (c.press == 0 && !c.is_met) continue;
-      double press = c.press > 0 ? c.press : first_press(c, arrays);
+      if (!look.was_pressed && !look.is_met) return;
+      double press = look.press;
       if (has_past_[island] == 0) press *= sizes_[island];
       asked_[k] = std::sqrt(square * press);
-      std::size_t choice = 0;
-      while (choice + 1 < kSubSteps.size() && kSubSteps[choice] < asked_[k]) ++choice;
-      ++demands_[island][choice];
+      std::uint8_t choice = 0;
+      while (choice + 1U < kSubSteps.size() && kSubSteps[choice] < asked_[k]) ++choice;
+      choices_[k] = choice;
+    });
+    for (std::size_t k = 0; k < looks_.size(); ++k) {
+      if (choices_[k] == kNoChoice) continue;
+      const std::size_t island = islands_.of_constraint(k);
+      ++demands_[island][choices_[k]];
       // What somebody asked for this very contact is not excused.
-      if (c.tolerance_m > 0) least_[island] = std::max(least_[island], kSubSteps[choice]);
+      if (looks_[k].tolerance_m > 0) {
+        least_[island] = std::max(least_[island], kSubSteps[choices_[k]]);
+      }
     }
   }
 
@@ -254,95 +279,155 @@ class SoftStep final : public SoftSolver {
     stiffest_[island] = std::max(1.0, static_cast<double>(all) / sub_steps_[island]);
   }
 
-  void choose_sub_steps(const ContactTick& tick, const BodyArrays& arrays,
-                        std::span<ContactConstraint* const> constraints) {
+  void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
     sub_steps_.assign(islands_.count(), tick.sub_steps);
     if (tick.sub_steps == 0) {
-      count_demands(tick, arrays, constraints);
+      count_demands(tick);
       stiffest_.assign(islands_.count(), 1);
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
-      for (std::size_t k = 0; k < constraints.size(); ++k) {
+      for_each_index(*tick.executor, constraints.size(), kChunk, [&](std::size_t k) {
         const std::size_t i = islands_.of_constraint(k);
         constraints[k]->stiffness = std::clamp(asked_[k] / sub_steps_[i], 1.0, stiffest_[i]);
-      }
+      });
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
     gives_.resize(islands_.count());
     for (std::size_t i = 0; i < gives_.size(); ++i) gives_[i] = give_of(sub_steps_[i], tick.dt);
   }
 
-  void advance_islands_with(int n, Past past, ContactTick tick, const BodyArrays& arrays,
-                            std::span<const Matrix> inverse_inertia_W,
-                            std::span<ContactConstraint* const> constraints) {
-    const auto is_meant = [&](std::size_t island) {
-      return sub_steps_[island] == n && pasts_[island] == past;
-    };
-    int islands = 0;
-    for (std::size_t i = 0; i < islands_.count(); ++i) islands += is_meant(i) ? 1 : 0;
-    if (islands == 0) return;
-    moving_.clear();
-    island_of_moving_.clear();
-    resting_.clear();
+  /// Islands that go through the tick side by side, and where their bodies and constraints are in
+  /// the lists that are sorted by batches.
+  struct Batch {
+    int sub_steps;
+    Past past;
+    int islands;
+    std::size_t moving, moving_end, chosen, chosen_end;
+  };
+  static std::size_t number(std::size_t choice, Past past) {
+    return choice * kPasts.size() + static_cast<std::size_t>(past);
+  }
+
+  void sort_by_batch(const ContactTick& tick, const BodyArrays& arrays,
+                     std::span<ContactConstraint* const> constraints) {
+    const std::span<const int> choices =
+        tick.sub_steps > 0 ? std::span(&tick.sub_steps, 1) : std::span<const int>(kSubSteps);
+    batches_.clear();
+    for (const int n : choices) {
+      for (const Past past : kPasts) batches_.push_back({n, past, 0, 0, 0, 0, 0});
+    }
+    batch_of_.resize(islands_.count());
+    for (std::size_t i = 0; i < islands_.count(); ++i) {
+      const auto choice = std::ranges::lower_bound(choices, sub_steps_[i]) - choices.begin();
+      batch_of_[i] = number(static_cast<std::size_t>(choice), pasts_[i]);
+      ++batches_[batch_of_[i]].islands;
+      batches_[batch_of_[i]].moving_end += static_cast<std::size_t>(sizes_[i]);
+    }
+    for (std::size_t k = 0; k < constraints.size(); ++k) {
+      ++batches_[batch_of_[islands_.of_constraint(k)]].chosen_end;
+    }
+    std::size_t moving = 0, chosen = 0;
+    for (Batch& batch : batches_) {  // until now `_end` has a number, from here on the next place
+      batch.moving = std::exchange(batch.moving_end, moving);
+      moving += batch.moving;
+      batch.moving = batch.moving_end;
+      batch.chosen = std::exchange(batch.chosen_end, chosen);
+      chosen += batch.chosen;
+      batch.chosen = batch.chosen_end;
+    }
+    moving_.resize(tick.moving.size());
+    island_of_moving_.resize(tick.moving.size());
+    resting_.resize(tick.moving.size());
     for (std::size_t k = 0; k < tick.moving.size(); ++k) {
       const std::size_t island = islands_.of(static_cast<std::int32_t>(k));
-      if (!is_meant(island)) continue;
-      moving_.push_back(tick.moving[k]);
-      if (!arrays.poise.empty()) arrays.poise[index(tick.moving[k])].sub_steps = n;
-      island_of_moving_.push_back(static_cast<std::int32_t>(island));
+      const std::size_t at = batches_[batch_of_[island]].moving_end++;
+      moving_[at] = tick.moving[k];
+      island_of_moving_[at] = static_cast<std::int32_t>(island);
       const bool rests = sizes_[island] > 1 && ways_[island] == 0;
-      resting_.push_back(rests && is_slow(tick, arrays, tick.moving[k]) ? 1 : 0);
+      resting_[at] = rests && is_slow(tick, arrays, tick.moving[k]) ? 1 : 0;
+      if (!arrays.poise.empty()) arrays.poise[index(tick.moving[k])].sub_steps = sub_steps_[island];
     }
-    chosen_.clear();
+    chosen_.resize(constraints.size());
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      if (is_meant(islands_.of_constraint(k))) chosen_.push_back(constraints[k]);
+      chosen_[batches_[batch_of_[islands_.of_constraint(k)]].chosen_end++] = constraints[k];
     }
-    tick.sub_steps = n;
-    tick.moving = moving_;
-    tick.islands = island_of_moving_;
+  }
+
+  void advance_batch(const Batch& batch, ContactTick tick, const BodyArrays& arrays,
+                     std::span<const Matrix> inverse_inertia_W) {
+    const auto part = [](auto& all, std::size_t begin, std::size_t end) {
+      return std::span(all).subspan(begin, end - begin);
+    };
+    const std::span chosen = part(chosen_, batch.chosen, batch.chosen_end);
+    tick.sub_steps = batch.sub_steps;
+    tick.moving = part(moving_, batch.moving, batch.moving_end);
+    tick.islands = part(island_of_moving_, batch.moving, batch.moving_end);
     tick.islands_count = islands_.count();
-    tick.resting = resting_;
-    const double give = give_of(n, tick.dt);
-    if (past != Past::rests) {
-      set_gaps(give);
-      batch_.advance(tick, arrays, inverse_inertia_W, chosen_, past);
-      reset_gaps();
-      add_batch(n);
+    tick.resting = part(resting_, batch.moving, batch.moving_end);
+    const double give = give_of(tick.sub_steps, tick.dt);
+    if (batch.past != Past::rests) {
+      set_gaps(*tick.executor, chosen, give);
+      batch_.advance(tick, arrays, inverse_inertia_W, chosen, batch.past);
+      reset_gaps(*tick.executor, chosen);
+      add_batch(tick.sub_steps, tick.moving.size());
     }
-    SubStepChoice& choice = choice_of(n);
-    choice.islands += islands;
-    choice.bodies += static_cast<int>(moving_.size());
-    for (ContactConstraint* c : chosen_) {
-      for (ConstraintPoint& p : c->used()) {
-        if (past != Past::rests) p.press = press_after(p);
-        const double now = past != Past::rests ? p.force * p.K_normal : p.press;
-        choice.sag_m =
-            std::max(choice.sag_m, give * std::min(p.press, now) / (c->stiffness * c->stiffness));
-      }
-    }
+    SubStepChoice& choice = choice_of(tick.sub_steps);
+    choice.islands += batch.islands;
+    choice.bodies += static_cast<int>(tick.moving.size());
+    choice.sag_m = std::max(choice.sag_m, press(*tick.executor, chosen, give, batch.past));
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
   }
 
-  /// What has been at rest elsewhere than the surfaces touch is so for the sub-steps, too.
-  void set_gaps(double give) {
-    for (ContactConstraint* c : chosen_) {
-      for (ConstraintPoint& p : c->used()) {
-        if (p.rest_m == 0 && p.rest_load == 0) continue;
-        moved_.push_back({&p.s0, p.s0});
-        p.s0 = p.s = p.gap(give / (c->stiffness * c->stiffness));
+  /// Takes note of what presses; the largest sag, m.
+  double press(Executor& executor, std::span<ContactConstraint* const> chosen, double give,
+               Past past) {
+    sags_.assign(chunks_of(chosen.size(), kChunk), 0);
+    const auto press_one = [&](ContactConstraint& c, double& sag) {
+      for (ConstraintPoint& p : c.used()) {
+        if (past != Past::rests) p.press = press_after(p);
+        const double now = past != Past::rests ? p.force * p.K_normal : p.press;
+        sag = std::max(sag, give * std::min(p.press, now) / (c.stiffness * c.stiffness));
       }
-    }
-  }
-  void reset_gaps() {
-    for (const auto& [s0, was] : moved_) *s0 = was;
-    moved_.clear();
+    };
+    for_chunks(executor, chosen.size(), kChunk,
+               [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                 for (std::size_t k = begin; k < end; ++k) press_one(*chosen[k], sags_[chunk]);
+               });
+    return sags_.empty() ? 0 : std::ranges::max(sags_);
   }
 
-  void add_batch(int n) {
+  /// What has been at rest elsewhere than the surfaces touch is so for the sub-steps, too.
+  void set_gaps(Executor& executor, std::span<ContactConstraint* const> chosen, double give) {
+    if (gaps_.size() < chosen.size()) gaps_.resize(chosen.size());
+    has_moved_.resize(chosen.size());
+    for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
+      ContactConstraint& c = *chosen[k];
+      has_moved_[k] = 0;
+      for (std::size_t i = 0; i < c.used().size(); ++i) {
+        has_moved_[k] |= c.points[i].rest_m != 0 || c.points[i].rest_load != 0;
+      }
+      if (has_moved_[k] == 0) return;
+      for (std::size_t i = 0; i < c.used().size(); ++i) {
+        ConstraintPoint& p = c.points[i];
+        gaps_[k][i] = p.s0;
+        if (p.rest_m == 0 && p.rest_load == 0) continue;
+        p.s0 = p.s = p.gap(give / (c.stiffness * c.stiffness));
+      }
+    });
+  }
+  void reset_gaps(Executor& executor, std::span<ContactConstraint* const> chosen) {
+    for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
+      if (has_moved_[k] == 0) return;
+      ContactConstraint& c = *chosen[k];
+      for (std::size_t i = 0; i < c.used().size(); ++i) c.points[i].s0 = gaps_[k][i];
+    });
+  }
+
+  void add_batch(int n, std::size_t bodies) {
     report_.impacts_ordered += batch_.impacts_ordered();
     report_.paid_J += batch_.paid_J();
     report_.residual.add(batch_.residual());
     report_.balance.add(batch_.balance());
-    report_.body_sub_steps += n * static_cast<std::int64_t>(moving_.size());
+    report_.body_sub_steps += n * static_cast<std::int64_t>(bodies);
   }
 
   /// No faster than kRestTicks make it.
@@ -372,9 +457,12 @@ class SoftStep final : public SoftSolver {
   std::size_t number_of_bodies_ = 0;
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
   std::vector<Demands> demands_;              // by island
+  std::vector<Look> looks_;                   // by constraint
   std::vector<double> asked_;                 // sub-steps, by constraint
-  std::vector<double> stiffest_;              // by island
-  std::vector<int> least_;                    // sub-steps, by island
+  static constexpr std::uint8_t kNoChoice = 255;
+  std::vector<std::uint8_t> choices_;  // of kSubSteps, by constraint
+  std::vector<double> stiffest_;       // by island
+  std::vector<int> least_;             // sub-steps, by island
   Settling settling_;
   std::vector<std::uint8_t> is_calm_;  // by island
   std::vector<std::uint8_t> has_past_, lies_askew_;
@@ -383,14 +471,17 @@ class SoftStep final : public SoftSolver {
   std::vector<int> sizes_;      // bodies, by island
   std::vector<int> sub_steps_;  // by island
   std::vector<double> gives_;   // s^2, by island
-  struct MovedGap {
-    double *s0, was;
-  };
-  std::vector<MovedGap> moved_;
+  std::vector<std::array<double, kManifoldPoints>> gaps_;  // m, of a batch: s0 of its points
+  std::vector<std::uint8_t> has_moved_;                    // likewise: some s0 are others
+  std::vector<double> sags_;                               // m, of a batch, in parts
+  std::vector<Batch> batches_;
+  std::vector<std::size_t> batch_of_;  // by island
+  // Sorted by batch.
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise
-  std::vector<ContactConstraint*> chosen_, all_;
+  std::vector<ContactConstraint*> chosen_;
+  std::vector<ContactConstraint*> all_;
 };
 
 }  // namespace

@@ -42,6 +42,7 @@ constexpr int kRefits = 8;
 constexpr std::size_t kCandidates = 2;
 /// Worth a thread, at some nanoseconds each.
 constexpr int kBoxes = 512;
+constexpr std::size_t kCompared = 2048;  // candidates at a time
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
@@ -173,17 +174,20 @@ class KeptBroadPhase final : public BroadPhase {
     entering_.clear();
     newcomers_ = 0;
     has_left_ = false;
-    std::fill(changed_.begin() + static_cast<std::ptrdiff_t>(slots), changed_.end(),
-              std::uint8_t{0});
-    std::fill(left_.begin() + static_cast<std::ptrdiff_t>(slots), left_.end(), std::uint8_t{0});
+    std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
+    std::fill(left_.begin(), left_.end(), std::uint8_t{0});
     stays_.resize(slots);
-    for_each_index(*input.executor, slots, kBoxes, [&](std::size_t i) {
-      const Aabb& box = input.boxes[i];
-      const bool moves_alike = input.moves[i] == moves_[i];
-      changed_[i] = same(box, last_[i]) && moves_alike ? 0 : 1;
-      left_[i] = 0;
-      stays_[i] = changed_[i] == 0 || (homes_[i] != Home::none && is_usable(box) && moves_alike &&
-                                       contains(rooms_[i], to_float(box, origin_)));
+    input.executor->for_ranges(static_cast<int>(slots), kBoxes, [&](int begin, int end) {
+      // By pointers that no byte that is written could be part of.
+      const Aabb *const boxes = input.boxes.data(), *const last = last_.data();
+      const std::uint8_t *const moves = input.moves.data(), *const moved = moves_.data();
+      for (std::size_t i = index(begin); i < index(end); ++i) {
+        const bool moves_alike = moves[i] == moved[i];
+        if (same(boxes[i], last[i]) && moves_alike) continue;
+        changed_[i] = 1;
+        stays_[i] = homes_[i] != Home::none && is_usable(boxes[i]) && moves_alike &&
+                    contains(rooms_[i], to_float(boxes[i], origin_));
+      }
     });
     for (std::size_t i = 0; i < slots; ++i) {
       if (changed_[i] == 0) continue;
@@ -380,24 +384,38 @@ class KeptBroadPhase final : public BroadPhase {
 
   /// The candidates whose true boxes overlap; only those are compared of which one has changed.
   void compare(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) {
-    compared_.assign(chunks_of(candidates_.size(), kBoxes), 0);
-    for_chunks(*input.executor, candidates_.size(), kBoxes,
-               [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                 for (std::size_t k = begin; k < end; ++k) {
-                   const auto [a, b] = candidates_[k];
-                   if ((changed_[index(a)] | changed_[index(b)]) == 0) continue;
-                   overlaps_[k] = overlap(input.boxes[index(a)], input.boxes[index(b)]) ? 1 : 0;
-                   ++compared_[chunk];
-                 }
-               });
-    for (const std::int32_t compared : compared_) report_.boxes_seen += compared;
     pairs.resize(candidates_.size());
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < candidates_.size(); ++k) {
-      pairs[count] = candidates_[k];
-      count += overlaps_[k];
+    compared_.resize(chunks_of(candidates_.size(), kCompared));
+    for_chunks(*input.executor, candidates_.size(), kCompared,
+               [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                 compared_[chunk] = compare_some(input, begin, end, pairs.data() + begin);
+               });
+    auto to = pairs.begin();
+    for (std::size_t chunk = 0; chunk < compared_.size(); ++chunk) {
+      report_.boxes_seen += compared_[chunk].looked_at;
+      const auto from = pairs.begin() + static_cast<std::ptrdiff_t>(chunk * kCompared);
+      to = std::move(from, from + compared_[chunk].overlapping, to);
     }
-    pairs.resize(count);
+    pairs.erase(to, pairs.end());
+  }
+
+  struct Compared {
+    int looked_at, overlapping;
+  };
+  /// Those of candidates `begin` to `end` go to `pairs`.
+  Compared compare_some(const BroadPhaseInput& input, std::size_t begin, std::size_t end,
+                        BodyPair* pairs) {
+    Compared compared{0, 0};
+    for (std::size_t k = begin; k < end; ++k) {
+      const BodyPair pair = candidates_[k];
+      if ((changed_[index(pair.a)] | changed_[index(pair.b)]) != 0) {
+        overlaps_[k] = overlap(input.boxes[index(pair.a)], input.boxes[index(pair.b)]) ? 1 : 0;
+        ++compared.looked_at;
+      }
+      pairs[compared.overlapping] = pair;
+      compared.overlapping += overlaps_[k];
+    }
+    return compared;
   }
 
   void add_planes(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) {
@@ -469,7 +487,7 @@ class KeptBroadPhase final : public BroadPhase {
   std::vector<BodyPair> fresh_, spare_;
   std::vector<std::uint8_t> spare_overlaps_;
   PairParts parts_;
-  std::vector<std::int32_t> compared_;  // pairs, by part of the candidates
+  std::vector<Compared> compared_;  // by part of the candidates
   PairSorter sorter_;
   FreshPairs fresh_pairs_;
   BroadPhaseReport report_;

@@ -11,6 +11,8 @@ namespace {
 constexpr double kPromising = 6;
 /// So are those beside a cap.
 constexpr double kDeepShare = 2;
+/// What touches along one direction may be apart along that of a rim which is nearest.
+constexpr double kTouching_m = 1e-12;
 
 }  // namespace
 
@@ -88,7 +90,7 @@ std::optional<LeastOverlap> OverlapSearch::box_cylinder() {
                    [&](const Vector& n) { attempt(n, Touch::on_Q); });
   }
   const Vector edge_P = edge < 0 ? Vector(Vector::Zero()) : Vector::Unit(edge);
-  if (best_.overlap < 0) return closest_points(edge_P);
+  if (best_.overlap < kTouching_m) return closest_points(edge_P);
   return result(edge_P);
 }
 
@@ -119,7 +121,7 @@ std::optional<LeastOverlap> OverlapSearch::cylinder_cylinder() {
   try_rim_at_line(B_seen, c_, best_.overlap - A.radius,
                   [&](const Vector& n) { attempt(n, Touch::on_Q); });
   if (!A_seen.is_round) try_rims(A, B, A_seen.u);
-  if (best_.overlap < 0) return closest_points(A.axis);
+  if (best_.overlap < kTouching_m) return closest_points(A.axis);
   return result(A.axis);
 }
 

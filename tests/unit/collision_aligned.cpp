@@ -76,3 +76,32 @@ TEST_CASE("where axes are along or across each other no direction overlaps less,
     CHECK(other <= contacts / 100);
   }
 }
+
+TEST_CASE("what just touches along one axis is told to be apart where a rim's direction parts it") {
+  // Sizes and places in quarters of a metre: many overlaps are zero.
+  Random random(32);
+  const auto quarters = [&random](int least, int most) {
+    return 0.25 * std::floor(random.uniform(least, most + 0.999));
+  };
+  int touching = 0;
+  for (int trial = 0; trial < trials(40000); ++trial) {
+    Pair pair{Shape::cylinder(quarters(1, 4), quarters(1, 4)),
+              Shape::cylinder(quarters(1, 4), quarters(1, 4)),
+              {},
+              {}};
+    if (trial % 2 == 0) pair.A = Shape::box({quarters(1, 4), quarters(1, 4), quarters(1, 4)});
+    pair.X_WB = {{quarters(-8, 8), quarters(-8, 8), quarters(-8, 8)}, axes_to_axes(random)};
+    if (trial % 4 < 2) {
+      const Matrix turn = random.rotation();
+      pair.X_WA.R = turn;
+      pair.X_WB = {turn * pair.X_WB.x, turn * pair.X_WB.R};
+    }
+    const Manifold manifold = pair.collide(0.02);
+    const double along_normal = overlap(pair, manifold.normal_W);
+    if (manifold.count == 0 || std::abs(along_normal) > kExact) continue;
+    ++touching;
+    CAPTURE(trial);
+    REQUIRE(along_normal < bench::parting(pair).overlap + 1e-6);
+  }
+  CHECK(touching > trials(1000));
+}

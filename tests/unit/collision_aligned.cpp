@@ -1,5 +1,6 @@
 // Shapes whose axes are along or across each other, exactly or but for rounding: what people build,
 // and random attitudes never are. There normals of edges are noise, and ellipses lines.
+#include "server/collision/planar_pairs.h"
 #include "tests/bench/parting.h"
 #include "tests/unit/collision_pairs.h"
 #include "tests/unit/trials.h"
@@ -104,4 +105,24 @@ TEST_CASE("what just touches along one axis is told to be apart where a rim's di
     REQUIRE(along_normal < bench::parting(pair).overlap + 1e-6);
   }
   CHECK(touching > trials(1000));
+}
+
+TEST_CASE("in the plane what lies on a capsule's axis beyond its end is as far as it is") {
+  Random random(33);
+  const Shape long_one = Shape::capsule(0.2, 0.5);
+  const auto [other, reach] =
+      GENERATE(std::pair{Shape::sphere(0.1), 0.1}, std::pair{Shape::capsule(0.1, 0.3), 0.4});
+  for (int trial = 0; trial < 1000; ++trial) {
+    const double angle = random.uniform(-4, 4), gap = random.uniform(-0.29, 0.02);
+    const bool is_swapped = trial % 2 == 0;
+    Pose X_WA{{1, 2, 0}, Matrix(Eigen::AngleAxisd(angle, Vector::UnitZ()))};
+    const Vector axis = (trial % 4 < 2 ? -1 : 1) * X_WA.R.col(0);
+    const Pose X_WB{X_WA.x + (0.7 + reach + gap) * axis, X_WA.R};
+    const Collider A{long_one, X_WA, nullptr}, B{other, X_WB, nullptr};
+    const Manifold m = is_swapped ? collide_in_plane(B, A, 0.02) : collide_in_plane(A, B, 0.02);
+    CAPTURE(angle, gap, is_swapped);
+    REQUIRE(m.count > 0);
+    CHECK(std::abs(deepest(m) + gap) < kExact);
+    CHECK((m.normal_W - (is_swapped ? -1 : 1) * axis).norm() < 1e-9);
+  }
 }

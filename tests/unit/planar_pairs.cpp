@@ -492,25 +492,3 @@ TEST_CASE("what is no convex polygon is refused with a reason") {
   }
   CHECK(fault(round).empty());
 }
-
-TEST_CASE("in the plane what lies on a capsule's axis beyond its end is as far as it is") {
-  Random random;
-  const Flat long_one{Shape::capsule(0.2, 0.5), nullptr};
-  const auto [other, reach] =
-      GENERATE(std::pair{Shape::sphere(0.1), 0.1}, std::pair{Shape::capsule(0.1, 0.3), 0.4});
-  for (int trial = 0; trial < 1000; ++trial) {
-    const double angle = random.uniform(-4, 4), gap = random.uniform(-0.29, kMargin);
-    const bool is_turned = random.below(2) == 0, is_swapped = random.below(2) == 0;
-    const Pose X_WA = pose({1, 2}, angle);
-    const Vector axis = (is_turned ? -1 : 1) * X_WA.R.col(0);
-    const Pose X_WB{X_WA.x + (0.7 + reach + gap) * axis, X_WA.R};
-    const Flat end_on{other, nullptr};
-    const Pair pair =
-        is_swapped ? Pair{end_on, long_one, X_WB, X_WA} : Pair{long_one, end_on, X_WA, X_WB};
-    const Manifold m = pair.collide();
-    CAPTURE(angle, gap, is_swapped);
-    REQUIRE(m.count > 0);
-    CHECK(std::abs(deepest(m) + gap) < kExact);
-    CHECK((m.normal_W - (is_swapped ? -1 : 1) * axis).norm() < 1e-9);
-  }
-}

@@ -77,17 +77,6 @@ void place(SupportFeature& feature, const Matrix& T, const Vector& origin, doubl
   feature.normal = T * feature.normal;
 }
 
-/// The frame F: its axes as rows, in A.
-Matrix frame_along(const Vector& n) {
-  const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
-  const Vector x = helper.cross(n).normalized();
-  Matrix T;
-  T.row(0) = x.transpose();
-  T.row(1) = n.cross(x).transpose();
-  T.row(2) = n.transpose();
-  return T;
-}
-
 /// One point in F that has the separation s: where the closest points were, or a feature that is a
 /// point itself.
 FeatureContact deepest_point(const ConvexPair& pair, const SupportFeature& A,

@@ -41,4 +41,15 @@ struct Aabb {
   }
 };
 
+/// A frame whose third axis is the unit vector z; its axes are the rows.
+inline Matrix frame_along(const Vector& z) {
+  const Vector helper = std::abs(z.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
+  const Vector x = helper.cross(z).normalized();
+  Matrix T;
+  T.row(0) = x.transpose();
+  T.row(1) = z.cross(x).transpose();
+  T.row(2) = z.transpose();
+  return T;
+}
+
 }  // namespace cradle

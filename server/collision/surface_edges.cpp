@@ -10,17 +10,6 @@
 namespace cradle {
 namespace {
 
-/// The frame F: its axes as rows.
-Matrix frame_along(const Vector& z) {
-  const Vector helper = std::abs(z.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
-  const Vector x = helper.cross(z).normalized();
-  Matrix T;
-  T.row(0) = x.transpose();
-  T.row(1) = z.cross(x).transpose();
-  T.row(2) = z.transpose();
-  return T;
-}
-
 /// Takes the normal of the triangle, of C's face or of the two edges that touch for the direction,
 /// if that is as good: closest points tell it to 1e-8 or so only.
 void sharpen(const ConvexPair& pair, const SupportFeature& part, const Vector& edge,

@@ -36,20 +36,13 @@ struct MovingPart {
 struct ImpactLengths {
   double gap = 0;        ///< a hit is where no more than this is left between the parts
   double tolerance = 0;  ///< by how much more may be left
-  double deeper = 0;     ///< of parts that touch already, a hit is this much deeper
+  double deeper = 0;     ///< of parts that touch already, a hit is this much deeper,
+  double deepest = 0;    ///< or this deep; or by `gap` deeper if they begin deeper
 };
 
 /// Of the thinner of two parts. What has no thickness (a half-space, a triangle) leaves it to the
 /// other.
 ImpactLengths impact_lengths(double thickness_A, double thickness_B);
-/// Half the least width of a convex shape, or of the thinnest part, m; of a closed mesh its volume
-/// by its area, which is less; of other surfaces a small share of their size; infinite where there
-/// is none to keep.
-double thickness(const Collider& collider, bool is_planar = false);
-/// Radius of the ball about `centre` (m, in the frame of the shape) that holds it; infinite for
-/// half-spaces.
-double reach(const Collider& collider, const Vector& centre);
-
 struct TimeOfImpact {
   enum class Kind {
     none,   ///< they come no nearer than the gap
@@ -72,7 +65,8 @@ enum class ImpactGoal {
 
 /// Two half-spaces never meet, nor do two surfaces. A surface and a half-space count as touching
 /// from the start: nothing gets past a half-space. Of a surface those triangles count that the
-/// other begins in front of. In planar worlds shapes are those of planar_pairs.h.
+/// other begins in front of, from the front (surface_impact.cpp). In planar worlds shapes are those
+/// of planar_pairs.h.
 TimeOfImpact time_of_impact(const MovingPart& A, const MovingPart& B,
                             ImpactGoal goal = ImpactGoal::gap, bool is_planar = false);
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/collision/bounds.h"
+#include "server/collision/extents.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/state.h"
 

@@ -1,5 +1,6 @@
 // FCL's continuousCollide against our time of impact: bodies that fall on a wall of 5 cm, which
 // they certainly hit. FCL is asked in a child process.
+#include "server/collision/extents.h"
 #include "server/collision/time_of_impact.h"
 #include "tests/unit/collision_fcl_known.h"
 

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
+#include "server/collision/extents.h"
 #include "server/collision/pair_functions.h"
 #include "server/collision/turn.h"
 #include "tests/unit/collision_pairs.h"
@@ -85,7 +86,7 @@ TEST_CASE("before the time of impact the shapes are apart, at it they are at the
     for (int k = 0; k < 60; ++k) {
       const Ways ways = random_ways(random, kind_A, kind_B);
       const TimeOfImpact found = ways.find();
-      const auto [gap, tolerance, deeper] = ways.lengths();
+      const auto [gap, tolerance, deeper, deepest] = ways.lengths();
       CAPTURE(kind_A, kind_B, k, found.time, found.iterations, gap);
       ++count;
       iterations += found.iterations;
@@ -165,6 +166,25 @@ TEST_CASE("what touches is let slide, and stopped when it goes deeper") {
   const ImpactLengths lengths = impact_lengths(0.05, 0.01);
   CHECK(through.separation <= -1e-4 - lengths.deeper + lengths.tolerance);
   CHECK(through.time <= lengths.deeper + 1e-12);
+}
+
+TEST_CASE("what is deep already is let in no deeper than half the thickness, or by a gap") {
+  const Shape ball = Shape::sphere(0.05), wall = Shape::box({0.01, 2, 2});
+  const Pose at_wall;
+  const Path rest;
+  const ImpactLengths lengths = impact_lengths(0.05, 0.01);
+  CHECK(lengths.deepest == 0.5 * 0.01);
+  for (const double overlap : {0.001, 0.002, 0.003, 0.004, 0.0049, 0.006, 0.008}) {
+    const Pose at_ball{{-0.06 + overlap, 0, 0}, Matrix::Identity()};
+    const Path path{at_ball.x, {1, 0, 0}, {0, 0, 0}};
+    const TimeOfImpact found = time_of_impact({{ball, at_ball}, path}, {{wall, at_wall}, rest});
+    const double most =
+        std::max(std::min(overlap + lengths.deeper, lengths.deepest), overlap + lengths.gap);
+    CAPTURE(overlap, most);
+    REQUIRE(found.kind == TimeOfImpact::Kind::hit);
+    CHECK(-found.separation <= most + 1e-12);
+    CHECK(-found.separation >= most - lengths.tolerance - 1e-12);
+  }
 }
 
 TEST_CASE("a search that ends early is told, and has seen no hit before") {

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "server/collision/convex_pair.h"
+#include "server/collision/extents.h"
 #include "server/collision/surface.h"
 #include "server/collision/time_of_impact.h"
 #include "tests/physics/terrains.h"
@@ -162,6 +163,45 @@ TEST_CASE("times of impact with triangles in closed form") {
   const TimeOfImpact met = time_of_impact({{rod, level_rod}, spin}, plate);
   REQUIRE(met.kind == TimeOfImpact::Kind::hit);
   CHECK(met.time == Approx(1.0 / 6).margin(2e-4));
+}
+
+TEST_CASE("what is through a surface is not held by the triangle behind which it is") {
+  const auto level = [](double, double) { return 0.0; };
+  const GeometryPointer ground = mesh_of(terrain(8, 1, 0, level)).geometry;
+  const Shape stored = Shape::stored(ShapeKind::mesh, 1), rod = Shape::capsule(0.005, 1);
+  const Pose at_ground;
+  const Path rest;
+  const MovingPart plate{{stored, at_ground, ground.get()}, rest};
+  // From above at 45 degrees it is 10 cm through the ground, 2 cm beside an edge, its tip beyond
+  // it.
+  Pose at_rod;
+  at_rod.R = Eigen::AngleAxisd(std::numbers::pi / 4, Vector::UnitY()).toRotationMatrix();
+  const Vector axis = at_rod.R.col(2);
+  at_rod.x = Vector{1.02, 0.4, 0} + 0.859 * axis;
+  const double out = 0.1 / std::sqrt(0.5);
+  // Drawn out along its axis, and let slide over the ground, it meets nothing.
+  for (const Vector& way : {Vector(out * axis), Vector(0, 0.3, 0.05), Vector(-0.3, 0, 0.02)}) {
+    const Path path{at_rod.x, way, {0, 0, 0}};
+    CAPTURE(way.transpose());
+    CHECK(time_of_impact({{rod, at_rod}, path}, plate, ImpactGoal::gap).kind ==
+          TimeOfImpact::Kind::none);
+  }
+}
+
+TEST_CASE("a rod that comes round the edge of a block meets the face behind that edge") {
+  const GeometryPointer block = mesh_of(box_surface({0.5, 0.5, 0.5})).geometry;
+  const Shape stored = Shape::stored(ShapeKind::mesh, 1), rod = Shape::capsule(0.005, 1);
+  // Upright beside the block, its middle below the top; it rises above that and falls over.
+  const Pose at_block, at_rod{{0.6, 0, 0.4}, Matrix::Identity()};
+  const double turn = std::numbers::pi / 2 + 0.35;
+  const Path rest, over{at_rod.x, {0, 0, 0.2}, {0, -turn, 0}};
+  const TimeOfImpact met =
+      time_of_impact({{rod, at_rod}, over}, {{stored, at_block, block.get()}, rest});
+  REQUIRE(met.kind == TimeOfImpact::Kind::hit);
+  // Its lower end's middle comes to 0.5 + 0.005 where 0.4 + 0.2 t + cos(turn t) is that.
+  const double height = 0.4 + 0.2 * met.time + std::cos(turn * met.time);
+  CHECK(height == Approx(0.505).margin(2e-4));
+  CHECK((met.normal_W + Vector::UnitZ()).norm() < 1e-6);
 }
 
 TEST_CASE("a mesh is as thick as its volume by its area, and reaches its farthest vertex") {

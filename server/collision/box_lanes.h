@@ -138,6 +138,19 @@ struct BoxLanes {
   FloatBox bounds() const { return hull(hull(get(0), get(1)), hull(get(2), get(3))); }
 };
 
+using FourFloats = float __attribute__((vector_size(16)));
+
+/// Bit i: lane i is negative.
+inline unsigned signs_of(const FourFloats& lanes) {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_ps(__m128(lanes)));
+#else
+  unsigned bits = 0;
+  for (int lane = 0; lane < 4; ++lane) bits |= lanes[lane] < 0 ? 1U << lane : 0U;
+  return bits;
+#endif
+}
+
 /// One box in all lanes, to compare with four others at once.
 class Probe {
  public:

@@ -7,6 +7,7 @@
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
 #include "server/dynamics/schemes/scheme.h"
+#include "server/world/ball_pairs.h"
 #include "server/world/contact_material.h"
 #include "server/world/plane.h"
 #include "server/world/state.h"
@@ -17,9 +18,6 @@ namespace {
 /// Balls overlap or lie on something if they are deeper or nearer, m; slower, by the fall over as
 /// much, is at rest. Above it events are exact; below, it is what soft contacts leave to rounding.
 constexpr double kAtRest_m = 1e-6;
-/// A ball is expected to have no more than this times the spread of velocities after impacts:
-/// whoever has, looks for what else it may meet.
-constexpr double kSpreads = 1.5;
 /// Worth a thread, at some tens of nanoseconds each.
 constexpr int kPairs = 64;
 
@@ -73,39 +71,36 @@ class Bounces final : public BallSurroundings {
   }
 
   void find_and_apply() {
-    for (const BodyPair& pair : s_.pairs) add(pair);
+    list_pairs();
     leave_out();
     balls_.report = events_.run(balls_.is_out, *this);
     apply();
     std::erase_if(s_.pairs, [this](const BodyPair& pair) {
       return balls_.flies(index(pair.a)) || balls_.flies(index(pair.b));
     });
+    if (balls_.are_apart && any_is_out_) add_pairs_of_bound_balls(s_);
   }
 
-  /// Only if the ball leaves the box that its pairs were sought with.
+  /// Among others only if the ball leaves the box that its pairs were sought with.
   void look_around(std::int32_t number, double now) override {
     const std::int32_t slot = balls_.slots[index(number)];
-    const Aabb way = way_of(number, now);
-    Aabb& known = box(slot);
-    if (known.holds(way)) return;
-    known.lower = known.lower.cwiseMin(way.lower);
-    known.upper = known.upper.cwiseMax(way.upper);
-    partners_.clear();
-    events_.for_each_pair_of(number, [&](std::int32_t k) {
-      const BallPair& pair = events_.pairs[index(k)];
-      const std::int32_t other = pair.a == number ? pair.b : pair.a;
-      partners_.push_back(other < 0 ? obstacle_slots_[index(~other)] : balls_.slots[index(other)]);
-    });
+    list_partners(number);
     const auto meet = [&](std::int32_t other) {
       if (other == slot || std::ranges::find(partners_, other) != partners_.end()) return;
       add({std::min(other, slot), std::max(other, slot)});
     };
-    for (std::size_t k = 0; k < s_.boxes.size(); ++k) {
-      if (way.overlaps(s_.boxes[k])) meet(s_.colliders[k]);
+    if (balls_.are_apart) {
+      balls_.grid.note(number, events_.balls[index(number)]);
+      balls_.grid.for_each_near(number, now, [&](std::int32_t other) {
+        if (!is_out(other)) meet(balls_.slots[index(other)]);
+      });
     }
-    for (const Plane& plane : s_.planes) {
-      if (overlap(way, plane)) meet(s_.colliders[index(plane.slot)]);
-    }
+    const Aabb way = way_of(number, now);
+    Aabb& known = box_of(number);
+    if (known.holds(way)) return;
+    known.lower = known.lower.cwiseMin(way.lower);
+    known.upper = known.upper.cwiseMax(way.upper);
+    for_each_collider_in(way, meet);
   }
 
   BallMaterial material_of(const BallPair& pair) override {
@@ -128,12 +123,63 @@ class Bounces final : public BallSurroundings {
     return s_.boxes[static_cast<std::size_t>(at - s_.colliders.begin())];
   }
 
+  Aabb& box_of(std::int32_t number) {
+    if (!balls_.are_apart) return box(balls_.slots[index(number)]);
+    return s_.boxes[index(balls_.colliders[index(number)])];
+  }
+
+  /// Calls `visit(slot)`; of balls that are apart for none.
+  template <class F>
+  void for_each_collider_in(const Aabb& way, const F& visit) const {
+    const auto look_at = [&](std::size_t k) {
+      if (way.overlaps(s_.boxes[k])) visit(s_.colliders[k]);
+    };
+    if (balls_.are_apart) {
+      for (const std::int32_t k : balls_.others.colliders) look_at(index(k));
+    } else {
+      for (std::size_t k = 0; k < s_.boxes.size(); ++k) look_at(k);
+    }
+    for (const Plane& plane : s_.planes) {
+      if (overlap(way, plane)) visit(s_.colliders[index(plane.slot)]);
+    }
+  }
+
+  /// By slot.
+  void list_partners(std::int32_t number) {
+    partners_.clear();
+    events_.for_each_pair_of(number, [&](std::int32_t k) {
+      const BallPair& pair = events_.pairs[index(k)];
+      const std::int32_t other = pair.a == number ? pair.b : pair.a;
+      partners_.push_back(other < 0 ? obstacle_slots_[index(~other)] : balls_.slots[index(other)]);
+    });
+  }
+
   Aabb way_of(std::int32_t number, double from) const {
     const Ball& ball = events_.balls[index(number)];
     const Vector x = events_.position(ball, from), end = events_.position(ball, s_.dt);
     const Vector r = Vector::Constant(ball.radius);
     return {x.cwiseMin(end) - r, x.cwiseMax(end) + r};
   }
+
+  /// By their slots, whoever has found them.
+  void list_pairs() {
+    balls_.met.clear();
+    if (balls_.are_apart) {
+      s_.culling.nodes_seen += balls_.grid.find_pairs(executor_, balls_.met);
+      s_.culling.boxes_seen += static_cast<std::int64_t>(balls_.slots.size() + balls_.met.size());
+    }
+    auto next = balls_.met.cbegin();
+    for (const BodyPair& pair : s_.pairs) {
+      for (; next != balls_.met.cend() && slots_of(*next) < pair; ++next) add_balls(*next);
+      add(pair);
+    }
+    for (; next != balls_.met.cend(); ++next) add_balls(*next);
+  }
+
+  BodyPair slots_of(const BodyPair& balls) const {
+    return {balls_.slots[index(balls.a)], balls_.slots[index(balls.b)]};
+  }
+  void add_balls(const BodyPair& balls) { events_.pairs.push_back({balls.a, balls.b}); }
 
   void add(const BodyPair& pair) {
     const auto [a, b] = pair;
@@ -278,6 +324,7 @@ void begin_balls(World::State& s, Executor& executor) {
   Ballistic& balls = s.balls;
   balls.slots.clear();
   balls.passed_by.clear();
+  balls.are_apart = false;
   balls.report = {};
   balls.number.assign(s.bodies.size(), -1);
   balls.events.begin(s.dt, s.gravity_W);
@@ -303,6 +350,7 @@ void begin_balls(World::State& s, Executor& executor) {
   balls.spread = std::sqrt(squares / count);
   balls.is_out.assign(balls.slots.size(), 0);
   balls.obstacle.assign(s.bodies.size(), -1);
+  part_balls(s, executor);
 }
 
 Aabb box_of_ball(const World::State& s, std::size_t slot, double margin) {

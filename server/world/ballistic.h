@@ -11,16 +11,30 @@
 #include <vector>
 
 #include "server/collision/broad_phase.h"
+#include "server/collision/pair_rules.h"
 #include "server/dynamics/impact/ball_events.h"
+#include "server/dynamics/impact/ball_grid.h"
 #include "server/world/world.h"
 
 namespace cradle {
+
+/// A ball is expected to have no more than this times the spread of velocities after impacts:
+/// whoever has, looks for what else it may meet.
+inline constexpr double kSpreads = 1.5;
 
 /// Made anew in each tick, in memory that is kept.
 struct Ballistic {
   /// A pair of a ball with what is no business of balls.
   struct Stranger {
     std::int32_t ball, slot;
+  };
+  /// What the broad phase is told of, if not of all colliders.
+  struct Others {
+    std::vector<std::int32_t> colliders;  ///< places in `World::State::colliders`, ascending
+    std::vector<std::int64_t> ids;
+    std::vector<Aabb> boxes;
+    std::vector<std::uint8_t> moves;
+    std::vector<Plane> planes;
   };
 
   std::vector<std::int32_t> candidates;  ///< slots of spheres that are alike about all axes
@@ -38,6 +52,15 @@ struct Ballistic {
   std::vector<std::int32_t> obstacle_slots;
   std::vector<std::uint8_t> is_bound;  ///< by pair: overlaps, or rests on an obstacle
   std::vector<std::int32_t> partners;  ///< of a ball that looks around
+
+  // Where the balls are apart from the broad phase: ball_pairs.h.
+  bool are_apart = false;
+  bool was_told_of_some = false;  ///< the broad phase, when last it was asked
+  BallGrid grid;
+  std::vector<std::int32_t> colliders;  ///< by number: place in `World::State::colliders`
+  Others others;                        ///< that can collide
+  std::vector<BodyPair> met;            ///< of balls that may meet, by number
+  PairSorter sorter;
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
   bool flies(std::size_t slot) const {

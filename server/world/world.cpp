@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "server/collision/bounds.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/surface.h"
 #include "server/dynamics/rotation.h"
+#include "server/world/ball_pairs.h"
 #include "server/world/contact_material.h"
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
@@ -34,6 +36,7 @@ std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 struct World::Steps {
   static void list_colliders(State& s);
   static void find_pairs(State& s, Executor& executor);
+  static void find_all_pairs(State& s, Executor& executor);
   static void put_in_box(State& s, std::size_t k);
   static void collide(State& s, Executor& executor);
   static void list_composites(State& s);
@@ -132,10 +135,17 @@ void World::Steps::find_pairs(State& s, Executor& executor) {
     const Vector normal = s.poses[i].R.col(2);
     s.planes.push_back({k, normal, normal.dot(s.poses[i].x)});
   }
-  s.culling = s.broad_phase->find_pairs(
-      {s.boxes, s.moves, s.planes, s.renumbered, s.collider_ids, &executor}, s.pairs);
+  if (s.balls.are_apart) find_pairs_beside_balls(s, executor);
+  if (!s.balls.are_apart) find_all_pairs(s, executor);
   for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
   s.renumbered = false;
+}
+
+/// Of colliders, by number.
+void World::Steps::find_all_pairs(State& s, Executor& executor) {
+  const bool renumbered = s.renumbered || std::exchange(s.balls.was_told_of_some, false);
+  s.culling = s.broad_phase->find_pairs(
+      {s.boxes, s.moves, s.planes, renumbered, s.collider_ids, &executor}, s.pairs);
 }
 
 /// Of a collider, by its number.

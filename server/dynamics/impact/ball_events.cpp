@@ -21,10 +21,6 @@
 namespace cradle {
 namespace {
 
-/// Contacts closer than this part of the smaller radius are struck at once. Larger would treat
-/// separated balls as touching, none would break the symmetry of a triangle that is struck
-/// ("a break shot stays symmetric").
-constexpr double kTouching = 2e-5;
 /// Impacts of one ball in a tick, from which on it loses its restitution; and after as many again
 /// it stays where it is for the rest of the tick ("inelastic collapse").
 constexpr int kImpactsMax = 64;
@@ -158,14 +154,14 @@ bool BallEvents::is_touching(const BallPair& pair, double t, Vector& n) const {
   const Vector x = position(a, t);
   if (const Ball* b = partner(pair)) {
     const Vector d = position(*b, t) - x;
-    const double reach = a.radius + b->radius + kTouching * std::min(a.radius, b->radius);
+    const double reach = a.radius + b->radius + kStruckTogether * std::min(a.radius, b->radius);
     const double length2 = d.squaredNorm();
     n = d / std::sqrt(length2);
     return length2 <= reach * reach;
   }
   const NearestPlane plane = nearest_plane(obstacles[index(~pair.b)], x);
   n = -plane.n;
-  return plane.distance <= (1 + kTouching) * a.radius;
+  return plane.distance <= (1 + kStruckTogether) * a.radius;
 }
 
 /// All contacts that are connected with it by balls; and these balls, as they are at the time.

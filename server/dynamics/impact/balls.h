@@ -54,6 +54,11 @@ struct BallMaterial {
   double rolling_m = 0, torsional_m = 0;  ///< the greatest angular impulses by the normal one
 };
 
+/// Contacts closer than this part of the smaller radius are struck at once. Larger would treat
+/// separated balls as touching, none would break the symmetry of a triangle that is struck
+/// ("a break shot stays symmetric").
+inline constexpr double kStruckTogether = 2e-5;
+
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// s from the tick's beginning, not before `now`; kNever if it is later than `dt`.

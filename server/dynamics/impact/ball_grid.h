@@ -1,0 +1,202 @@
+/// Which balls may meet within a tick, by a grid over where they are when it begins.
+///
+/// Seen by one that falls as they do, at their mean velocity, balls go straight on. A ball belongs
+/// to the cell of its centre, and no two that may meet are further apart than a cell is wide:
+/// ball_grid.cpp. The grid stays as it is for the tick; what an impact changes of a ball is noted.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "server/collision/box_lanes.h"
+#include "server/collision/broad_phase.h"
+#include "server/collision/executor.h"
+#include "server/collision/pair_parts.h"
+#include "server/collision/pair_rules.h"
+#include "server/dynamics/impact/balls.h"
+
+namespace cradle {
+
+class BallGrid {
+ public:
+  /// For a tick of `dt` seconds. False, and no use, if these balls do not suit a grid: too many
+  /// share a cell, since radii or speeds differ, or they overlap. A rule that looks at nothing
+  /// else.
+  bool build(Executor& executor, std::span<const Ball> balls, double dt, const Vector& v_mean,
+             const Vector& gravity);
+
+  /// Replaces `pairs` by those, of balls, that meet in the tick or touch, and some that do not:
+  /// sorted, each once. Returns the cells looked at. To be called before anything is noted.
+  std::int64_t find_pairs(Executor& executor, std::vector<BodyPair>& pairs);
+
+  /// An impact has changed it.
+  void note(std::int32_t number, const Ball& ball);
+
+  /// Calls `visit(number)` for the others that this one may meet between `now` and the tick's end,
+  /// or touch; and for some more.
+  template <class F>
+  void for_each_near(std::int32_t number, double now, F&& visit) const;
+
+  /// Calls `visit(number)` for those that are in a box when the tick begins, and for some beside.
+  template <class F>
+  void for_each_in(const Aabb& box, F&& visit) const;
+
+  double radius_max() const { return radius_max_; }  ///< m
+  double speed_max() const { return speed_max_; }    ///< m/s, about the mean velocity
+
+ private:
+  using Four = FourFloats;
+  struct Range {
+    std::uint32_t begin, end;  // of places
+  };
+  struct Cell {
+    std::int32_t x, y, z;
+  };
+  struct Bounds {
+    Vector lower, upper;  // of centres, m
+    double radius, speed2;
+  };
+  /// A ball in all lanes, to look at others four at once; from `now` on, for `left` seconds.
+  struct Probe {
+    Four x, y, z, vx, vy, vz, radius, slack, now, twice_left;
+  };
+
+  Bounds bounds_of(Executor& executor, std::span<const Ball> balls);
+  bool choose_cells(std::span<const Ball> balls, const Bounds& bounds);
+  bool count(Executor& executor, std::span<const Ball> balls);
+  void scatter(std::span<const Ball> balls);
+  void write(const Ball& ball, std::size_t place);
+
+  void measure();
+  Cell cell_of(float x, float y, float z) const;
+  std::uint32_t number_of(const Cell& cell) const {
+    return (static_cast<std::uint32_t>(cell.z) * size_[1] + static_cast<std::uint32_t>(cell.y)) *
+               size_[0] +
+           static_cast<std::uint32_t>(cell.x);
+  }
+  float* column(std::size_t k) { return columns_.data() + k * stride_; }
+  const float* column(std::size_t k) const { return columns_.data() + k * stride_; }
+  static Four four(const float* from) {
+    Four f;
+    std::memcpy(&f, from, sizeof f);
+    return f;
+  }
+  Probe probe(std::uint32_t place, double now) const;
+  unsigned may_meet(const Probe& ball, std::uint32_t place) const;
+  std::int64_t join(std::size_t first_row, std::size_t end_row, std::vector<BodyPair>& found) const;
+  void look_at(std::uint32_t place, const std::array<Range, 5>& ranges,
+               std::vector<BodyPair>& found) const;
+  template <class F>
+  void for_each_row(const Vector& lower, const Vector& upper, F&& visit) const;
+
+  double dt_ = 0;
+  double fall_from_rest_ = 0;  // m, see fall_, once an impact may have put a ball to rest
+  double fall_ = 0;            // m: at most so far is a ball from where falling would bring it
+  double reach_ = 0;           // m: no two that are further apart may meet
+  float slack_ = 0;            // m^2, for rounding
+  Vector v_mean_ = Vector::Zero(), origin_ = Vector::Zero();
+  double radius_max_ = 0, speed_max_ = 0, coordinate_max_ = 0;
+  float origin_cells_[3] = {}, cells_per_m_ = 0;
+  std::uint32_t size_[3] = {};         // cells, with those at the rim, which stay empty
+  std::vector<std::uint32_t> begins_;  // of each cell in what follows, and the end
+  std::vector<std::int32_t> numbers_;  // of the balls, in the order of the cells
+  std::vector<std::uint32_t> places_;  // of each ball in that order
+  std::vector<float> columns_;         // in that order: x, y, z, v and radius, an array each
+  std::size_t stride_ = 0;
+  std::vector<std::uint32_t> cells_of_;  // by number
+  std::vector<Bounds> bounds_of_parts_;
+  PairParts parts_;
+  PairSorter sorter_;
+};
+
+inline BallGrid::Cell BallGrid::cell_of(float x, float y, float z) const {
+  const auto along = [this](float at, int k) {
+    const float cell = (at - origin_cells_[k]) * cells_per_m_;
+    const auto last = static_cast<float>(size_[k] - 3);
+    return 1 + static_cast<std::int32_t>(std::clamp(cell, 0.0F, last));
+  };
+  return {along(x, 0), along(y, 1), along(z, 2)};
+}
+
+inline BallGrid::Probe BallGrid::probe(std::uint32_t place, double now) const {
+  const float* const at = columns_.data() + place;
+  const auto all = [](float value) { return Four{value, value, value, value}; };
+  return {all(at[0]),
+          all(at[stride_]),
+          all(at[2 * stride_]),
+          all(at[3 * stride_]),
+          all(at[4 * stride_]),
+          all(at[5 * stride_]),
+          all(at[6 * stride_]),
+          all(slack_),
+          all(static_cast<float>(now)),
+          all(static_cast<float>(2 * (dt_ - now)))};
+}
+
+/// Bit k: the ball at `place + k` may meet it.
+inline unsigned BallGrid::may_meet(const Probe& ball, std::uint32_t place) const {
+  const float* const at = columns_.data() + place;
+  const Four ux = four(at + 3 * stride_) - ball.vx, uy = four(at + 4 * stride_) - ball.vy,
+             uz = four(at + 5 * stride_) - ball.vz;
+  const Four dx = four(at) - ball.x + ball.now * ux,
+             dy = four(at + stride_) - ball.y + ball.now * uy,
+             dz = four(at + 2 * stride_) - ball.z + ball.now * uz;
+  const Four R = four(at + 6 * stride_) + ball.radius;
+  const Four nearing = ball.twice_left * (dx * ux + dy * uy + dz * uz);
+  const Four least = nearing < Four{} ? nearing : Four{};
+  return signs_of(dx * dx + dy * dy + dz * dz + least - R * R - ball.slack);
+}
+
+template <class F>
+void BallGrid::for_each_row(const Vector& lower, const Vector& upper, F&& visit) const {
+  const auto cell_at = [this](const Vector& x, double rounding) {
+    const auto cut = [&](int k) {
+      return static_cast<float>(
+          std::clamp(x[k] - origin_[k] + rounding, -kFloatReach, kFloatReach));
+    };
+    return cell_of(cut(0), cut(1), cut(2));
+  };
+  const double rounding = 1e-6 * coordinate_max_;  // of a float, sixteen times
+  const Cell low = cell_at(lower, -rounding), high = cell_at(upper, rounding);
+  for (std::int32_t z = low.z; z <= high.z; ++z) {
+    for (std::int32_t y = low.y; y <= high.y; ++y) {
+      const Range row{begins_[number_of({low.x, y, z})], begins_[number_of({high.x, y, z}) + 1]};
+      if (row.begin < row.end) visit(row);
+    }
+  }
+}
+
+template <class F>
+void BallGrid::for_each_near(std::int32_t number, double now, F&& visit) const {
+  const std::uint32_t place = places_[static_cast<std::size_t>(number)];
+  const Probe ball = probe(place, now);
+  const Vector x(column(0)[place], column(1)[place], column(2)[place]);
+  const Vector v(column(3)[place], column(4)[place], column(5)[place]);
+  const Vector here = origin_ + x + now * v, there = origin_ + x + dt_ * v;
+  // The other may have come as far from where it was.
+  const Vector r = Vector::Constant(double{column(6)[place]} + reach_ / 2);
+  for_each_row(here.cwiseMin(there) - r, here.cwiseMax(there) + r, [&](const Range& row) {
+    for (std::uint32_t at = row.begin; at < row.end; at += kLanes) {
+      unsigned hits = may_meet(ball, at);
+      if (row.end - at < kLanes) hits &= (1U << (row.end - at)) - 1;
+      for (; hits != 0; hits &= hits - 1) {
+        const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(hits));
+        if (other != place) visit(numbers_[other]);
+      }
+    }
+  });
+}
+
+template <class F>
+void BallGrid::for_each_in(const Aabb& box, F&& visit) const {
+  for_each_row(box.lower, box.upper, [&](const Range& row) {
+    for (std::uint32_t at = row.begin; at < row.end; ++at) visit(numbers_[at]);
+  });
+}
+
+}  // namespace cradle

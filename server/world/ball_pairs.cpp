@@ -1,0 +1,126 @@
+#include "server/world/ball_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/collision/pair_rules.h"
+#include "server/world/state.h"
+
+namespace cradle {
+namespace {
+
+/// One collider in ... may be none of these balls: each of those asks the grid for what it meets.
+constexpr std::size_t kOthers = 4;
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+BodyPair in_order(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
+
+/// Who is told to the broad phase, and which colliders the balls are.
+void list_others(World::State& s) {
+  Ballistic::Others& others = s.balls.others;
+  others.colliders.clear();
+  others.ids.clear();
+  others.boxes.clear();
+  others.moves.clear();
+  s.balls.colliders.resize(s.balls.slots.size());
+  for (std::size_t k = 0; k < s.colliders.size(); ++k) {
+    const std::int32_t number = s.balls.number[index(s.colliders[k])];
+    if (number >= 0) {
+      s.balls.colliders[index(number)] = static_cast<std::int32_t>(k);
+      continue;
+    }
+    others.colliders.push_back(static_cast<std::int32_t>(k));
+    others.ids.push_back(s.collider_ids[k]);
+    others.boxes.push_back(s.boxes[k]);
+    others.moves.push_back(s.moves[k]);
+  }
+  others.planes = s.planes;
+  for (Plane& plane : others.planes) {
+    const auto at = std::ranges::lower_bound(others.colliders, plane.slot);
+    plane.slot = static_cast<std::int32_t>(at - others.colliders.begin());
+  }
+}
+
+/// `s.pairs` are those of the others, by collider.
+void find_pairs_of_others(World::State& s, Executor& executor) {
+  const Ballistic::Others& others = s.balls.others;
+  const bool may_be_others_now = s.balls.was_told_of_some = true;
+  s.culling = s.broad_phase->find_pairs(
+      {others.boxes, others.moves, others.planes, may_be_others_now, others.ids, &executor},
+      s.pairs);
+  for (BodyPair& pair : s.pairs) {
+    pair = {others.colliders[index(pair.a)], others.colliders[index(pair.b)]};
+  }
+}
+
+/// How far from its centre a ball's box reaches, m.
+double reach_of_boxes(const World::State& s) {
+  const Ballistic& balls = s.balls;
+  const double deviation = std::max(kSpreads * balls.spread, balls.grid.speed_max());
+  const Vector way = s.dt * balls.v_mean.cwiseAbs() + 0.5 * s.dt * s.dt * s.gravity_W.cwiseAbs();
+  const double r = balls.grid.radius_max() + s.dt * deviation + kSpeculativeMargin_m;
+  constexpr double kRounding = 1 + 1e-9;
+  return kRounding * (r + way.maxCoeff());
+}
+
+/// Calls `visit(number)` for balls whose boxes overlap this one.
+template <class F>
+void for_each_ball_in(const World::State& s, const Aabb& box, double reach, const F& visit) {
+  const Vector r = Vector::Constant(reach);
+  s.balls.grid.for_each_in({box.lower - r, box.upper + r}, [&](std::int32_t number) {
+    if (overlap(box, s.boxes[index(s.balls.colliders[index(number)])])) visit(number);
+  });
+}
+
+}  // namespace
+
+void part_balls(World::State& s, Executor& executor) {
+  Ballistic& balls = s.balls;
+  const std::size_t others = s.colliders.size() - balls.slots.size();
+  balls.are_apart = others * kOthers <= balls.slots.size() &&
+                    balls.grid.build(executor, balls.events.balls, s.dt, balls.v_mean, s.gravity_W);
+}
+
+void find_pairs_beside_balls(World::State& s, Executor& executor) {
+  Ballistic& balls = s.balls;
+  list_others(s);
+  find_pairs_of_others(s, executor);
+  const double reach = reach_of_boxes(s);
+  const std::size_t most = pairs_max(s.colliders.size());
+  const auto add = [&](std::int32_t one, std::int32_t ball) {
+    s.pairs.push_back(in_order(one, balls.colliders[index(ball)]));
+  };
+  for (const std::int32_t k : balls.others.colliders) {
+    if (s.pairs.size() > most) break;
+    const Aabb& box = s.boxes[index(k)];
+    if (!is_usable(box)) continue;
+    for_each_ball_in(s, box, reach, [&](std::int32_t ball) { add(k, ball); });
+  }
+  for (const Plane& plane : s.planes) {
+    if (s.pairs.size() > most) break;
+    for (std::size_t k = 0; k < balls.slots.size(); ++k) {
+      const Aabb& box = s.boxes[index(balls.colliders[k])];
+      if (overlap(box, plane)) add(plane.slot, static_cast<std::int32_t>(k));
+    }
+  }
+  balls.are_apart = s.pairs.size() <= most && s.culling.crowded == 0;
+  s.culling.method = "balls";
+  balls.sorter.sort(s.colliders.size(), s.pairs);
+}
+
+void add_pairs_of_bound_balls(World::State& s) {
+  const Ballistic& balls = s.balls;
+  const double reach = reach_of_boxes(s);
+  for (std::size_t k = 0; k < balls.slots.size(); ++k) {
+    if (balls.is_out[k] == 0) continue;
+    const auto ball = static_cast<std::int32_t>(k);
+    for_each_ball_in(s, s.boxes[index(balls.colliders[k])], reach, [&](std::int32_t other) {
+      if (other <= ball || balls.is_out[index(other)] == 0) return;
+      s.pairs.push_back({balls.slots[k], balls.slots[index(other)]});
+    });
+  }
+  s.balls.sorter.sort(s.bodies.size(), s.pairs);
+}
+
+}  // namespace cradle

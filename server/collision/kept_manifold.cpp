@@ -54,9 +54,10 @@ Manifold posed(const KeptManifold& kept, int count, const Pose& X_WA, const Pose
 }
 
 double motion(const Pose& from, const Pose& to, double reach) {
-  if (from.x == to.x && from.R == to.R) return 0;  // also where reach is infinite
+  const double way = from.x == to.x ? 0 : (to.x - from.x).norm();
+  if (from.R == to.R) return way;  // also where reach is infinite
   // |(R1 - R0) p| <= 2 sin(angle / 2) |p|, and that is the Frobenius norm by the root of two.
-  return (to.x - from.x).norm() + reach * (to.R - from.R).norm() / std::numbers::sqrt2;
+  return way + reach * (to.R - from.R).norm() / std::numbers::sqrt2;
 }
 
 }  // namespace cradle

@@ -64,13 +64,26 @@ double reach_of_boxes(const World::State& s) {
   return kRounding * (r + way.maxCoeff());
 }
 
-/// Calls `visit(number)` for balls whose boxes overlap this one.
+/// Calls `visit(number)` for balls without impacts whose boxes overlap this one.
 template <class F>
 void for_each_ball_in(const World::State& s, const Aabb& box, double reach, const F& visit) {
   const Vector r = Vector::Constant(reach);
-  s.balls.grid.for_each_in({box.lower - r, box.upper + r}, [&](std::int32_t number) {
-    if (overlap(box, s.boxes[index(s.balls.colliders[index(number)])])) visit(number);
+  const Aabb wider{box.lower - r, box.upper + r};
+  s.balls.grid.for_each_in(wider, [&](std::int32_t number) {
+    const Ball& ball = s.balls.events.balls[index(number)];
+    const bool is_near = wider.holds({ball.x, ball.x});
+    if (is_near && overlap(box, box_of_ball(s, ball))) visit(number);
   });
+}
+
+template <class F>
+void for_each_ball_in(const World::State& s, const Plane& plane, double reach, const F& visit) {
+  const double most = plane.offset + 1.75 * reach;  // the root of three, at an edge
+  for (std::size_t k = 0; k < s.balls.slots.size(); ++k) {
+    const Ball& ball = s.balls.events.balls[k];
+    if (plane.normal_W.dot(ball.x) > most) continue;
+    if (overlap(box_of_ball(s, ball), plane)) visit(static_cast<std::int32_t>(k));
+  }
 }
 
 }  // namespace
@@ -99,14 +112,20 @@ void find_pairs_beside_balls(World::State& s, Executor& executor) {
   }
   for (const Plane& plane : s.planes) {
     if (s.pairs.size() > most) break;
-    for (std::size_t k = 0; k < balls.slots.size(); ++k) {
-      const Aabb& box = s.boxes[index(balls.colliders[k])];
-      if (overlap(box, plane)) add(plane.slot, static_cast<std::int32_t>(k));
-    }
+    for_each_ball_in(s, plane, reach, [&](std::int32_t ball) { add(plane.slot, ball); });
   }
   balls.are_apart = s.pairs.size() <= most && s.culling.crowded == 0;
   s.culling.method = "balls";
   balls.sorter.sort(s.colliders.size(), s.pairs);
+  if (!balls.are_apart) put_balls_in_boxes(s);
+}
+
+void put_balls_in_boxes(World::State& s) {
+  Ballistic& balls = s.balls;
+  for (std::size_t k = 0; k < balls.slots.size(); ++k) {
+    const Ball& ball = balls.events.balls[k];
+    if (ball.impacts == 0) s.boxes[index(balls.colliders[k])] = box_of_ball(s, ball);
+  }
 }
 
 void add_pairs_of_bound_balls(World::State& s) {
@@ -115,7 +134,7 @@ void add_pairs_of_bound_balls(World::State& s) {
   for (std::size_t k = 0; k < balls.slots.size(); ++k) {
     if (balls.is_out[k] == 0) continue;
     const auto ball = static_cast<std::int32_t>(k);
-    for_each_ball_in(s, s.boxes[index(balls.colliders[k])], reach, [&](std::int32_t other) {
+    for_each_ball_in(s, box_of_ball(s, balls.events.balls[k]), reach, [&](std::int32_t other) {
       if (other <= ball || balls.is_out[index(other)] == 0) return;
       s.pairs.push_back({balls.slots[k], balls.slots[index(other)]});
     });

@@ -12,6 +12,8 @@ void part_balls(World::State& s, Executor& executor);
 /// balls that could take part. Too many: they are apart no longer, and there is no use of
 /// `s.pairs`.
 void find_pairs_beside_balls(World::State& s, Executor& executor);
+/// Gives the balls that are apart the boxes that they would have if they were not.
+void put_balls_in_boxes(World::State& s);
 /// Balls that are apart and take no part: adds the pairs that they are with each other.
 void add_pairs_of_bound_balls(World::State& s);
 

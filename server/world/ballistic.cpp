@@ -50,12 +50,17 @@ void list_sprung(World::State& s) {
 }
 
 Ball ball_of(const World::State& s, std::size_t i) {
-  const BodyTable& bodies = s.bodies;
   Ball ball;
-  ball.x = bodies.x[i];
-  ball.v = bodies.v[i];
+  ball.x = s.bodies.x[i];
+  ball.v = s.bodies.v[i];
+  ball.radius = s.reaches[i];
+  return ball;
+}
+
+StruckBall struck_ball_of(const World::State& s, std::size_t i) {
+  const BodyTable& bodies = s.bodies;
+  StruckBall ball;
   ball.w = bodies.w[i];
-  ball.radius = bodies.shape[i].radius_m();
   ball.inverse_mass = bodies.inverse_mass[i];
   ball.inverse_inertia = bodies.inverse_inertia[i].z();
   return ball;
@@ -101,6 +106,14 @@ class Bounces final : public BallSurroundings {
     known.lower = known.lower.cwiseMin(way.lower);
     known.upper = known.upper.cwiseMax(way.upper);
     for_each_collider_in(way, meet);
+  }
+
+  StruckBall before_impacts(std::int32_t number) override {
+    const std::size_t i = index(balls_.slots[index(number)]);
+    // Where it was expected to go is known from now on: it may have to look beyond.
+    if (balls_.are_apart)
+      s_.boxes[index(balls_.colliders[index(number)])] = box_of_ball(s_, ball_of(s_, i));
+    return struck_ball_of(s_, i);
   }
 
   BallMaterial material_of(const BallPair& pair) override {
@@ -155,9 +168,8 @@ class Bounces final : public BallSurroundings {
   }
 
   Aabb way_of(std::int32_t number, double from) const {
-    const Ball& ball = events_.balls[index(number)];
-    const Vector x = events_.position(ball, from), end = events_.position(ball, s_.dt);
-    const Vector r = Vector::Constant(ball.radius);
+    const Vector x = events_.position(number, from), end = events_.position(number, s_.dt);
+    const Vector r = Vector::Constant(events_.balls[index(number)].radius);
     return {x.cwiseMin(end) - r, x.cwiseMax(end) + r};
   }
 
@@ -285,9 +297,10 @@ class Bounces final : public BallSurroundings {
       const Momentum before = momentum_before(s_, i);
       bodies.x[i] = ball.x;
       bodies.v[i] = ball.v;
-      if (ball.w != bodies.w[i]) {
-        bodies.w[i] = ball.w;
-        bodies.q[i] = normalised(ball.turn * bodies.q[i]);
+      const StruckBall& struck = events_.struck[k];
+      if (struck.w != bodies.w[i]) {
+        bodies.w[i] = struck.w;
+        bodies.q[i] = normalised(struck.turn * bodies.q[i]);
       }
       if (s_.settings.is_planar) keep_in_plane(bodies, i);
       add_ball(s_, i, x, before);
@@ -353,12 +366,11 @@ void begin_balls(World::State& s, Executor& executor) {
   part_balls(s, executor);
 }
 
-Aabb box_of_ball(const World::State& s, std::size_t slot, double margin) {
+Aabb box_of_ball(const World::State& s, const Ball& ball) {
   const Ballistic& balls = s.balls;
-  const Ball& ball = balls.events.balls[index(balls.number[slot])];
   const double expected = kSpreads * balls.spread, own2 = (ball.v - balls.v_mean).squaredNorm();
   const double deviation = own2 > expected * expected ? std::sqrt(own2) : expected;
-  const Vector r = Vector::Constant(ball.radius + s.dt * deviation + margin);
+  const Vector r = Vector::Constant(ball.radius + s.dt * deviation + kSpeculativeMargin_m);
   const Vector way = s.dt * balls.v_mean + 0.5 * s.dt * s.dt * s.gravity_W;
   return {ball.x + way.cwiseMin(0.0) - r, ball.x + way.cwiseMax(0.0) + r};
 }

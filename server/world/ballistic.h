@@ -63,6 +63,10 @@ struct Ballistic {
   PairSorter sorter;
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
+  /// Of one that could.
+  const Ball& ball(std::size_t slot) const {
+    return events.balls[static_cast<std::size_t>(number[slot])];
+  }
   bool flies(std::size_t slot) const {
     return could_fly(slot) && is_out[static_cast<std::size_t>(number[slot])] == 0;
   }
@@ -72,8 +76,9 @@ struct Ballistic {
 void list_balls(World::State& s);
 /// Who could take part.
 void begin_balls(World::State& s, Executor& executor);
-/// Where it may get in this tick, struck or not; of one that could take part.
-Aabb box_of_ball(const World::State& s, std::size_t slot, double margin);
+/// Where it may get in this tick, struck or not; of one that could take part, as it is when the
+/// tick begins.
+Aabb box_of_ball(const World::State& s, const Ball& ball);
 /// Puts balls at the tick's start so that free flight leads them to where they are at its end, and
 /// takes their pairs out of `s.pairs`.
 void bounce_balls(World::State& s, Executor& executor);

@@ -6,6 +6,7 @@
 #include "server/collision/box_tree.h"
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
+#include "server/world/ball_pairs.h"
 #include "server/world/fast_bodies.h"
 #include "server/world/plane.h"
 #include "server/world/state.h"
@@ -117,6 +118,7 @@ class Stops {
   std::vector<BodyPair>& pairs_of_leavers() {
     std::vector<std::size_t>& leavers = memory_.leavers;
     leavers.clear();
+    if (s_.balls.are_apart) put_balls_in_boxes(s_);
     for (const Mover& one : movers_) {
       if (s_.balls.flies(one.slot)) continue;
       const auto at = std::lower_bound(s_.colliders.begin(), s_.colliders.end(),

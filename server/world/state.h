@@ -103,7 +103,7 @@ struct World::State {
   std::vector<std::int64_t> collider_ids;  ///< of them
   std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
-  std::vector<Aabb> boxes;                 ///< of colliders, in their order
+  std::vector<Aabb> boxes;                 ///< of colliders, in their order; not of balls apart
   std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;

@@ -158,14 +158,14 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
   s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
   s.poses[i] = now;
-  s.boxes[k] = {};
-  if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
   if (s.balls.could_fly(i)) {
     note_if_fast(s, i);
-    s.boxes[k] = box_of_ball(s, i, kSpeculativeMargin_m);
-  } else {
-    s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
+    if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
+    return;
   }
+  s.boxes[k] = {};
+  if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
+  s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
 }
 
 /// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.

@@ -32,7 +32,6 @@ std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 void BallEvents::begin(double dt, const Vector& gravity) {
   dt_ = dt;
   g_ = gravity;
-  balls.clear();
   obstacles.clear();
   pairs.clear();
 }
@@ -59,6 +58,7 @@ BallReport BallEvents::run(std::span<const std::uint8_t> is_out, BallSurrounding
   std::ranges::make_heap(due_, is_later);
   first_.assign(balls.size(), -1);
   next_.clear();
+  struck.resize(balls.size());
   place_.assign(balls.size(), -1);
   link_new_pairs();
   while (!due_.empty()) {
@@ -85,15 +85,25 @@ const Ball* BallEvents::partner(const BallPair& pair) const {
   return pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
 }
 
-Vector BallEvents::position(const Ball& ball, double t) const {
-  const Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
-  const double left = dt_ - t;
-  return x - 0.5 * left * left * ball.rests_on.dot(g_) * ball.rests_on;
+bool BallEvents::rests(std::int32_t ball) const {
+  return balls[index(ball)].impacts > 0 && !struck[index(ball)].rests_on.isZero(0);
 }
 
-Vector BallEvents::velocity(const Ball& ball, double t) const {
+Vector BallEvents::position(std::int32_t number, double t) const {
+  const Ball& ball = balls[index(number)];
+  const Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
+  if (!rests(number)) return x;
+  const Vector& n = struck[index(number)].rests_on;
+  const double left = dt_ - t;
+  return x - 0.5 * left * left * n.dot(g_) * n;
+}
+
+Vector BallEvents::velocity(std::int32_t number, double t) const {
+  const Ball& ball = balls[index(number)];
   const Vector v = ball.v + t * g_;
-  return v - ball.rests_on.dot(v) * ball.rests_on;
+  if (!rests(number)) return v;
+  const Vector& n = struck[index(number)].rests_on;
+  return v - n.dot(v) * n;
 }
 
 void BallEvents::link_new_pairs() {
@@ -110,8 +120,7 @@ void BallEvents::foresee(std::int32_t k, double now) {
   const Ball* b = partner(pair);
   if (is_out_[index(pair.a)] != 0 || (b != nullptr && is_out_[index(pair.b)] != 0)) return;
   if (std::max(a.impacts, b != nullptr ? b->impacts : 0) > 2 * kImpactsMax) return;
-  const bool rests = b == nullptr && !a.rests_on.isZero(0);
-  if (rests) return;
+  if (b == nullptr && rests(pair.a)) return;
   const double time = time_of(pair, now);
   if (time == kNever) return;
   due_.push_back({time, k, a.impacts, b != nullptr ? b->impacts : 0});
@@ -135,7 +144,7 @@ void BallEvents::strike(std::int32_t pair, double t, BallSurroundings& surroundi
   for (const std::int32_t number : changed_) {
     Ball& ball = balls[index(number)];
     const std::size_t place = index(std::exchange(place_[index(number)], -1));
-    ball.rests_on = Vector::Zero();
+    struck[index(number)].rests_on = Vector::Zero();
     ball.v = v_[place] - t * g_;
     ball.x = x_[place] - t * ball.v - 0.5 * t * t * g_;
     if (++ball.impacts == 2 * kImpactsMax + 1) stay(ball, x_[place]);
@@ -151,9 +160,9 @@ void BallEvents::stay(Ball& ball, const Vector& x) {
 
 bool BallEvents::is_touching(const BallPair& pair, double t, Vector& n) const {
   const Ball& a = balls[index(pair.a)];
-  const Vector x = position(a, t);
+  const Vector x = position(pair.a, t);
   if (const Ball* b = partner(pair)) {
-    const Vector d = position(*b, t) - x;
+    const Vector d = position(pair.b, t) - x;
     const double reach = a.radius + b->radius + kStruckTogether * std::min(a.radius, b->radius);
     const double length2 = d.squaredNorm();
     n = d / std::sqrt(length2);
@@ -174,8 +183,9 @@ void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surround
     if (ball < 0 || place_[index(ball)] >= 0) return;
     place_[index(ball)] = static_cast<std::int32_t>(changed_.size());
     changed_.push_back(ball);
-    x_.push_back(position(balls[index(ball)], t));
-    v_.push_back(velocity(balls[index(ball)], t));
+    if (balls[index(ball)].impacts == 0) struck[index(ball)] = surroundings.before_impacts(ball);
+    x_.push_back(position(ball, t));
+    v_.push_back(velocity(ball, t));
   };
   take(pairs[index(first)].a);
   take(pairs[index(first)].b);
@@ -213,9 +223,9 @@ double BallEvents::normal_velocity(const Contact& contact) const {
 
 void BallEvents::push(const Contact& contact, const Vector& impulse) {
   const BallPair& pair = pairs[index(contact.pair)];
-  v_[index(place_[index(pair.a)])] -= balls[index(pair.a)].inverse_mass * impulse;
+  v_[index(place_[index(pair.a)])] -= struck[index(pair.a)].inverse_mass * impulse;
   if (pair.b < 0) return;
-  v_[index(place_[index(pair.b)])] += balls[index(pair.b)].inverse_mass * impulse;
+  v_[index(place_[index(pair.b)])] += struck[index(pair.b)].inverse_mass * impulse;
 }
 
 void BallEvents::push_normal(Contact& contact, double impulse) {
@@ -224,8 +234,8 @@ void BallEvents::push_normal(Contact& contact, double impulse) {
 }
 
 double BallEvents::inverse_mass(const BallPair& pair) const {
-  const Ball* b = partner(pair);
-  return balls[index(pair.a)].inverse_mass + (b != nullptr ? b->inverse_mass : 0);
+  const double of_b = pair.b >= 0 ? struck[index(pair.b)].inverse_mass : 0;
+  return struck[index(pair.a)].inverse_mass + of_b;
 }
 
 void BallEvents::reflect_together() {
@@ -260,8 +270,8 @@ double BallEvents::coupling(const Contact& one, const Contact& other) const {
   for (const std::int32_t i : {p.a, p.b}) {
     if (i < 0) continue;
     const double side_p = i == p.a ? -1 : 1;
-    if (i == q.a) sum -= side_p * balls[index(i)].inverse_mass;
-    if (i == q.b) sum += side_p * balls[index(i)].inverse_mass;
+    if (i == q.a) sum -= side_p * struck[index(i)].inverse_mass;
+    if (i == q.b) sum += side_p * struck[index(i)].inverse_mass;
   }
   return sum * one.n.dot(other.n);
 }
@@ -294,14 +304,16 @@ void BallEvents::rub(const Contact& contact, double t) {
   const BallMaterial& material = contact.material;
   if (material.rolling_m > 0 || material.torsional_m > 0) rub_turning(contact, t);
   if (material.friction == 0) return;
-  Ball& a = balls[index(pair.a)];
-  Ball* b = pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
-  const Vector r_a = a.radius * contact.n;
+  StruckBall& a = struck[index(pair.a)];
+  StruckBall* b = pair.b >= 0 ? &struck[index(pair.b)] : nullptr;
+  const double radius_a = balls[index(pair.a)].radius;
+  const double radius_b = b != nullptr ? balls[index(pair.b)].radius : 0;
+  const Vector r_a = radius_a * contact.n;
   Vector v = -(v_[index(place_[index(pair.a)])] + a.w.cross(r_a));
-  double K = inverse_mass(pair) + a.radius * a.radius * a.inverse_inertia;
+  double K = inverse_mass(pair) + radius_a * radius_a * a.inverse_inertia;
   if (b != nullptr) {
-    v += v_[index(place_[index(pair.b)])] - b->w.cross(b->radius * contact.n);
-    K += b->radius * b->radius * b->inverse_inertia;
+    v += v_[index(place_[index(pair.b)])] - b->w.cross(radius_b * contact.n);
+    K += radius_b * radius_b * b->inverse_inertia;
   }
   v -= contact.n.dot(v) * contact.n;
   const double speed = v.norm();
@@ -309,14 +321,14 @@ void BallEvents::rub(const Contact& contact, double t) {
   const Vector impulse = -std::min(material.friction * contact.impulse, speed / K) / speed * v;
   push(contact, impulse);
   spin(a, -a.inverse_inertia * r_a.cross(impulse), t);
-  if (b != nullptr) spin(*b, -b->inverse_inertia * b->radius * contact.n.cross(impulse), t);
+  if (b != nullptr) spin(*b, -b->inverse_inertia * radius_b * contact.n.cross(impulse), t);
 }
 
 /// Rolling and torsional friction, of spheres alike about all axes.
 void BallEvents::rub_turning(const Contact& contact, double t) {
   const BallPair& pair = pairs[index(contact.pair)];
-  Ball& a = balls[index(pair.a)];
-  Ball* b = pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
+  StruckBall& a = struck[index(pair.a)];
+  StruckBall* b = pair.b >= 0 ? &struck[index(pair.b)] : nullptr;
   const double K = a.inverse_inertia + (b != nullptr ? b->inverse_inertia : 0);
   if (K == 0) return;
   const Vector W = (b != nullptr ? b->w : Vector(Vector::Zero())) - a.w;
@@ -331,7 +343,7 @@ void BallEvents::rub_turning(const Contact& contact, double t) {
   if (b != nullptr) spin(*b, b->inverse_inertia * impulse, t);
 }
 
-void BallEvents::spin(Ball& ball, const Vector& change, double t) {
+void BallEvents::spin(StruckBall& ball, const Vector& change, double t) {
   const Vector w = ball.w + change;
   ball.turn = rotation_exp(-t * w) * rotation_exp(t * ball.w) * ball.turn;
   ball.w = w;
@@ -344,16 +356,16 @@ void BallEvents::rest_if_due(const Contact& contact, double t) {
   Ball& ball = balls[index(pair.a)];
   const Vector n = -contact.n;
   const double a = -n.dot(g_);
-  const double leaving = n.dot(velocity(ball, t));
+  const double leaving = n.dot(velocity(pair.a, t));
   const double left = dt_ - t;
   if (!(a > 0) || !(2 * leaving <= a * (1 - restitution(contact)) * left)) return;
-  const Vector x = position(ball, t), v = velocity(ball, t);
+  const Vector x = position(pair.a, t), v = velocity(pair.a, t);
   const Vector along = g_ + a * n;
   const Vector v_end = v - leaving * n + left * along;
   const Vector x_end = x + left * (v - leaving * n) + 0.5 * left * left * along;
   ball.v = v_end - dt_ * g_;
   ball.x = x_end - dt_ * ball.v - 0.5 * dt_ * dt_ * g_;
-  ball.rests_on = n;
+  struck[index(pair.a)].rests_on = n;
 }
 
 }  // namespace cradle

@@ -16,6 +16,8 @@ class BallSurroundings {
   virtual ~BallSurroundings() = default;
   /// After an impact at `now`: may add pairs to BallEvents::pairs, their times not yet known.
   virtual void look_around(std::int32_t ball, double now) = 0;
+  /// Of one that has had no impact yet.
+  virtual StruckBall before_impacts(std::int32_t ball) = 0;
   virtual BallMaterial material_of(const BallPair& pair) = 0;
 };
 
@@ -30,10 +32,11 @@ struct BallReport {
 class BallEvents {
  public:
   std::vector<Ball> balls;
+  std::vector<StruckBall> struck;  ///< by ball, of those that have had impacts
   std::vector<Obstacle> obstacles;
   std::vector<BallPair> pairs;  ///< sorted as events at the same time are to be
 
-  /// Of a tick of `dt` seconds: nothing is there yet.
+  /// Of a tick of `dt` seconds: no obstacles and pairs are there yet, and balls of no use.
   void begin(double dt, const Vector& gravity);
   double first_time(const BallPair& pair) const;
   /// `is_out`, by ball: those take no part. Pairs have their times.
@@ -45,8 +48,8 @@ class BallEvents {
       at = next_[static_cast<std::size_t>(at)];
     }
   }
-  Vector position(const Ball& ball, double t) const;
-  Vector velocity(const Ball& ball, double t) const;
+  Vector position(std::int32_t ball, double t) const;
+  Vector velocity(std::int32_t ball, double t) const;
 
  private:
   struct Due {
@@ -70,6 +73,7 @@ class BallEvents {
   void foresee_all_of(std::int32_t ball, double now);
   void strike(std::int32_t pair, double t, BallSurroundings& surroundings);
   void stay(Ball& ball, const Vector& x);
+  bool rests(std::int32_t ball) const;
   void gather(std::int32_t pair, double t, BallSurroundings& surroundings);
   bool is_touching(const BallPair& pair, double t, Vector& n) const;
   void reflect_together();
@@ -82,7 +86,7 @@ class BallEvents {
   void push_normal(Contact& contact, double impulse);
   void rub(const Contact& contact, double t);
   void rub_turning(const Contact& contact, double t);
-  static void spin(Ball& ball, const Vector& change, double t);
+  static void spin(StruckBall& ball, const Vector& change, double t);
   void rest_if_due(const Contact& contact, double t);
   double dt_ = 0;
   Vector g_ = Vector::Zero();

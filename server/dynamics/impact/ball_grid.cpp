@@ -57,7 +57,7 @@ bool BallGrid::build(Executor& executor, std::span<const Ball> balls, double dt,
   radius_max_ = bounds.radius;
   speed_max_ = std::sqrt(bounds.speed2);
   if (!choose_cells(balls, bounds) || !count(executor, balls)) return false;
-  scatter(balls);
+  sort(executor, balls);
   return true;
 }
 
@@ -134,7 +134,7 @@ bool BallGrid::count(Executor& executor, std::span<const Ball> balls) {
   return shared <= kSharedPerBall * balls.size();
 }
 
-void BallGrid::scatter(std::span<const Ball> balls) {
+void BallGrid::sort(Executor& executor, std::span<const Ball> balls) {
   numbers_.resize(balls.size());
   places_.resize(balls.size());
   stride_ = balls.size() + kLanes;  // a read of four may begin at the last
@@ -143,8 +143,14 @@ void BallGrid::scatter(std::span<const Ball> balls) {
     const std::uint32_t place = begins_[cells_of_[i]]++;
     numbers_[place] = static_cast<std::int32_t>(i);
     places_[i] = place;
-    write(balls[i], place);
   }
+  for_each_index(executor, balls.size(), kBalls, [&](std::size_t place) {
+    constexpr std::size_t kAhead = 8;
+    if (place + kAhead < balls.size()) {
+      __builtin_prefetch(&balls[index(numbers_[place + kAhead])]);
+    }
+    write(balls[index(numbers_[place])], place);
+  });
   // Each now tells where its cell ends.
   std::copy_backward(begins_.begin(), begins_.end() - 1, begins_.end());
   begins_[0] = 0;
@@ -217,7 +223,7 @@ void BallGrid::look_at(std::uint32_t place, const std::array<Range, 5>& ranges,
   for (std::size_t r = 0; r < ranges.size(); ++r) {
     const std::uint32_t count = ranges[r].end - ranges[r].begin;
     const unsigned within = (1U << std::min<std::uint32_t>(count, kLanes)) - 1;
-    hits |= (may_meet(ball, ranges[r].begin) & within) << (kLanes * r);
+    hits |= (may_meet<true>(ball, ranges[r].begin) & within) << (kLanes * r);
     has_more |= count > kLanes;
   }
   for (; hits != 0; hits &= hits - 1) {
@@ -226,7 +232,7 @@ void BallGrid::look_at(std::uint32_t place, const std::array<Range, 5>& ranges,
   }
   for (std::size_t r = 0; has_more && r < ranges.size(); ++r) {
     for (std::uint32_t at = ranges[r].begin + kLanes; at < ranges[r].end; at += kLanes) {
-      for (unsigned more = may_meet(ball, at); more != 0; more &= more - 1) {
+      for (unsigned more = may_meet<true>(ball, at); more != 0; more &= more - 1) {
         const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(more));
         if (other < ranges[r].end) add(other);
       }

@@ -69,7 +69,7 @@ class BallGrid {
   Bounds bounds_of(Executor& executor, std::span<const Ball> balls);
   bool choose_cells(std::span<const Ball> balls, const Bounds& bounds);
   bool count(Executor& executor, std::span<const Ball> balls);
-  void scatter(std::span<const Ball> balls);
+  void sort(Executor& executor, std::span<const Ball> balls);
   void write(const Ball& ball, std::size_t place);
 
   void measure();
@@ -87,6 +87,7 @@ class BallGrid {
     return f;
   }
   Probe probe(std::uint32_t place, double now) const;
+  template <bool is_start>
   unsigned may_meet(const Probe& ball, std::uint32_t place) const;
   std::int64_t join(std::size_t first_row, std::size_t end_row, std::vector<BodyPair>& found) const;
   void look_at(std::uint32_t place, const std::array<Range, 5>& ranges,
@@ -139,13 +140,18 @@ inline BallGrid::Probe BallGrid::probe(std::uint32_t place, double now) const {
 }
 
 /// Bit k: the ball at `place + k` may meet it.
+template <bool is_start>
 inline unsigned BallGrid::may_meet(const Probe& ball, std::uint32_t place) const {
   const float* const at = columns_.data() + place;
   const Four ux = four(at + 3 * stride_) - ball.vx, uy = four(at + 4 * stride_) - ball.vy,
              uz = four(at + 5 * stride_) - ball.vz;
-  const Four dx = four(at) - ball.x + ball.now * ux,
-             dy = four(at + stride_) - ball.y + ball.now * uy,
-             dz = four(at + 2 * stride_) - ball.z + ball.now * uz;
+  Four dx = four(at) - ball.x, dy = four(at + stride_) - ball.y,
+       dz = four(at + 2 * stride_) - ball.z;
+  if constexpr (!is_start) {
+    dx += ball.now * ux;
+    dy += ball.now * uy;
+    dz += ball.now * uz;
+  }
   const Four R = four(at + 6 * stride_) + ball.radius;
   const Four nearing = ball.twice_left * (dx * ux + dy * uy + dz * uz);
   const Four least = nearing < Four{} ? nearing : Four{};
@@ -182,7 +188,7 @@ void BallGrid::for_each_near(std::int32_t number, double now, F&& visit) const {
   const Vector r = Vector::Constant(double{column(6)[place]} + reach_ / 2);
   for_each_row(here.cwiseMin(there) - r, here.cwiseMax(there) + r, [&](const Range& row) {
     for (std::uint32_t at = row.begin; at < row.end; at += kLanes) {
-      unsigned hits = may_meet(ball, at);
+      unsigned hits = may_meet<false>(ball, at);
       if (row.end - at < kLanes) hits &= (1U << (row.end - at)) - 1;
       for (; hits != 0; hits &= hits - 1) {
         const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(hits));

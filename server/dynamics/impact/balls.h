@@ -10,21 +10,24 @@ namespace cradle {
 
 /// Its centre of mass is its middle, its moments are equal. Between impacts it is at
 /// x + v t + g t^2 / 2, with t counted from the tick's beginning: an impact changes x, too, so that
-/// two balls are always on straight lines seen from each other.
+/// two balls are always on straight lines seen from each other. It fits one line of memory.
 struct Ball {
-  // One line of memory has what tells when two balls meet.
-  alignas(64) Vector x;                  ///< m
-  Vector v;                              ///< m/s
-  double radius = 0;                     ///< m
-  int impacts = 0;                       ///< in this tick
+  alignas(64) Vector x;  ///< m
+  Vector v;              ///< m/s
+  double radius = 0;     ///< m
+  int impacts = 0;       ///< in this tick
+};
+static_assert(sizeof(Ball) == 64);
+
+/// What an impact asks of a ball beside, and what it changes. Few balls are struck in a tick.
+struct StruckBall {
   Vector w;                              ///< rad/s
-  Rotation turn = Rotation::Identity();  ///< likewise: where it is, as if it had turned by w always
+  Rotation turn = Rotation::Identity();  ///< where it is, as if it had turned by w always
   Vector rests_on =
       Vector::Zero();          ///< normal of the obstacle that holds it until the tick ends, or 0
   double inverse_mass = 0;     ///< 1/kg
   double inverse_inertia = 0;  ///< 1/(kg m^2)
 };
-static_assert(offsetof(Ball, impacts) + sizeof(int) <= 64);
 
 /// A static convex body: half-space, box, sphere or capsule.
 struct Obstacle {

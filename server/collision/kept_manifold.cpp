@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "server/collision/convex_shape.h"
 #include "server/collision/tolerances.h"
@@ -51,13 +50,6 @@ Manifold posed(const KeptManifold& kept, int count, const Pose& X_WA, const Pose
                           static_cast<std::uint32_t>(kept.points[k].feature)};
   }
   return manifold;
-}
-
-double motion(const Pose& from, const Pose& to, double reach) {
-  const double way = from.x == to.x ? 0 : (to.x - from.x).norm();
-  if (from.R == to.R) return way;  // also where reach is infinite
-  // |(R1 - R0) p| <= 2 sin(angle / 2) |p|, and that is the Frobenius norm by the root of two.
-  return way + reach * (to.R - from.R).norm() / std::numbers::sqrt2;
 }
 
 }  // namespace cradle

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 
 #include "server/collision/collider.h"
 #include "server/collision/manifold.h"
@@ -47,6 +48,11 @@ KeptManifold keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB);
 Manifold posed(const KeptManifold& kept, int count, const Pose& X_WA, const Pose& X_WB);
 
 /// m: no point within `reach` of Bo goes farther than this from one pose to the other.
-double motion(const Pose& from, const Pose& to, double reach);
+inline double motion(const Pose& from, const Pose& to, double reach) {
+  const double way = from.x == to.x ? 0 : (to.x - from.x).norm();
+  if (from.R == to.R) return way;  // also where reach is infinite
+  // |(R1 - R0) p| <= 2 sin(angle / 2) |p|, and that is the Frobenius norm by the root of two.
+  return way + reach * (to.R - from.R).norm() / std::numbers::sqrt2;
+}
 
 }  // namespace cradle

@@ -155,6 +155,26 @@ CRADLE_LANES unsigned bits_of(const M& mask) {
 #endif
 }
 
+/// A bit for each float of a vector: it is negative.
+template <class F>
+CRADLE_LANES std::uint32_t signs_of(const F& floats) {
+#ifdef __SSE2__
+  if constexpr (sizeof(F) == 16) {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(__m128(floats)));
+  }
+#endif
+#ifdef __AVX2__
+  if constexpr (sizeof(F) == 32) {
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(__m256(floats)));
+  }
+#endif
+  std::uint32_t bits = 0;
+  for (std::size_t l = 0; l < sizeof(F) / sizeof(float); ++l) {
+    bits |= floats[l] < 0 ? 1U << l : 0U;
+  }
+  return bits;
+}
+
 /// The mask with its halves or-ed together, until the first lane knows of all.
 template <int distance, class M, std::size_t... l>
 CRADLE_LANES M folded(const M& mask, std::index_sequence<l...> lanes) {

@@ -93,6 +93,10 @@ void part_balls(World::State& s, Executor& executor) {
   const std::size_t others = s.colliders.size() - balls.slots.size();
   balls.are_apart = others * kOthers <= balls.slots.size() &&
                     balls.grid.build(executor, balls.events.balls, s.dt, balls.v_mean, s.gravity_W);
+  if (!balls.are_apart) return;
+  const double speed = balls.v_mean.norm() + balls.grid.speed_max();
+  const double way = s.dt * speed + 0.5 * s.dt * s.dt * s.gravity_W.norm();
+  balls.are_slow = 1.001 * way < balls.grid.radius_min();
 }
 
 void find_pairs_beside_balls(World::State& s, Executor& executor) {

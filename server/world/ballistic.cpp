@@ -177,7 +177,7 @@ class Bounces final : public BallSurroundings {
   void list_pairs() {
     balls_.met.clear();
     if (balls_.are_apart) {
-      s_.culling.nodes_seen += balls_.grid.find_pairs(executor_, balls_.met);
+      s_.culling.nodes_seen += balls_.grid.find_pairs(executor_, s_.settings.lanes, balls_.met);
       s_.culling.boxes_seen += static_cast<std::int64_t>(balls_.slots.size() + balls_.met.size());
     }
     auto next = balls_.met.cbegin();
@@ -337,7 +337,7 @@ void begin_balls(World::State& s, Executor& executor) {
   Ballistic& balls = s.balls;
   balls.slots.clear();
   balls.passed_by.clear();
-  balls.are_apart = false;
+  balls.are_apart = balls.are_slow = false;
   balls.report = {};
   balls.number.assign(s.bodies.size(), -1);
   balls.events.begin(s.dt, s.gravity_W);

@@ -55,6 +55,7 @@ struct Ballistic {
 
   // Where the balls are apart from the broad phase: ball_pairs.h.
   bool are_apart = false;
+  bool are_slow = false;          ///< none of them can be fast in the sense of fast_bodies.h
   bool was_told_of_some = false;  ///< the broad phase, when last it was asked
   BallGrid grid;
   std::vector<std::int32_t> colliders;  ///< by number: place in `World::State::colliders`

@@ -38,6 +38,7 @@ struct World::Steps {
   static void find_pairs(State& s, Executor& executor);
   static void find_all_pairs(State& s, Executor& executor);
   static void put_in_box(State& s, std::size_t k);
+  static void put_ball_in_box(State& s, std::size_t k, std::size_t i);
   static void collide(State& s, Executor& executor);
   static void list_composites(State& s);
   static void list_touching(State& s, Executor& executor);
@@ -151,6 +152,7 @@ void World::Steps::find_all_pairs(State& s, Executor& executor) {
 /// Of a collider, by its number.
 void World::Steps::put_in_box(State& s, std::size_t k) {
   const std::size_t i = index(s.colliders[k]);
+  if (s.balls.could_fly(i)) return put_ball_in_box(s, k, i);
   s.moves[k] = moves_for_pairs(s, i) ? 1 : 0;
   if (s.bodies.is_asleep(i) && s.sleepers.is_box_known[i] != 0) return;
   s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
@@ -158,14 +160,20 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
   s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
   s.poses[i] = now;
-  if (s.balls.could_fly(i)) {
-    note_if_fast(s, i);
-    if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
-    return;
-  }
   s.boxes[k] = {};
   if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
   s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
+}
+
+/// Of one that could take part in the impacts of this tick. Its frame is that of its shape.
+void World::Steps::put_ball_in_box(State& s, std::size_t k, std::size_t i) {
+  s.moves[k] = 1;
+  s.sleepers.is_box_known[i] = 0;
+  const Pose now{s.bodies.x[i], s.bodies.q[i].toRotationMatrix()};
+  s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
+  s.poses[i] = now;
+  if (!s.balls.are_slow) note_if_fast(s, i);
+  if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
 }
 
 /// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.

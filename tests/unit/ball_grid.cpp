@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "server/collision/machine_lanes.h"
+
 namespace cradle {
 namespace {
 
@@ -78,7 +80,12 @@ TEST_CASE("a grid of balls finds all that meet, and few more") {
     if (!grid.build(here, balls, kTick, mean_velocity(balls), Vector::Zero())) continue;
     ++suited;
     std::vector<BodyPair> pairs{{7, 7}};
-    grid.find_pairs(here, pairs);
+    grid.find_pairs(here, 0, pairs);
+    for (const int lanes : machine_lanes()) {
+      std::vector<BodyPair> same;
+      grid.find_pairs(here, lanes, same);
+      REQUIRE(same == pairs);
+    }
     CHECK(std::is_sorted(pairs.begin(), pairs.end()));
     CHECK(std::adjacent_find(pairs.begin(), pairs.end()) == pairs.end());
     found_in_all += static_cast<int>(pairs.size());
@@ -115,7 +122,7 @@ TEST_CASE("balls that only just meet are found, however far from the middle") {
         BallGrid grid;
         REQUIRE(grid.build(here, balls, kTick, Vector::Zero(), Vector::Zero()));
         std::vector<BodyPair> pairs;
-        grid.find_pairs(here, pairs);
+        grid.find_pairs(here, 0, pairs);
         for (std::int32_t i = 0; i < 200; i += 2) {
           CAPTURE(speed, half.x(), k, i);
           REQUIRE(std::binary_search(pairs.begin(), pairs.end(), BodyPair{i, i + 1}));

@@ -85,27 +85,6 @@ const Ball* BallEvents::partner(const BallPair& pair) const {
   return pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
 }
 
-bool BallEvents::rests(std::int32_t ball) const {
-  return balls[index(ball)].impacts > 0 && !struck[index(ball)].rests_on.isZero(0);
-}
-
-Vector BallEvents::position(std::int32_t number, double t) const {
-  const Ball& ball = balls[index(number)];
-  const Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
-  if (!rests(number)) return x;
-  const Vector& n = struck[index(number)].rests_on;
-  const double left = dt_ - t;
-  return x - 0.5 * left * left * n.dot(g_) * n;
-}
-
-Vector BallEvents::velocity(std::int32_t number, double t) const {
-  const Ball& ball = balls[index(number)];
-  const Vector v = ball.v + t * g_;
-  if (!rests(number)) return v;
-  const Vector& n = struck[index(number)].rests_on;
-  return v - n.dot(v) * n;
-}
-
 void BallEvents::link_new_pairs() {
   for (auto k = static_cast<std::int32_t>(next_.size() / 2); index(k) < pairs.size(); ++k) {
     const BallPair& pair = pairs[index(k)];

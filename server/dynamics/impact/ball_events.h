@@ -102,4 +102,25 @@ class BallEvents {
   std::vector<std::int32_t> place_;    // by ball: in changed_, or -1
 };
 
+inline bool BallEvents::rests(std::int32_t number) const {
+  const auto i = static_cast<std::size_t>(number);
+  return balls[i].impacts > 0 && !struck[i].rests_on.isZero(0);
+}
+
+inline Vector BallEvents::position(std::int32_t number, double t) const {
+  const Ball& ball = balls[static_cast<std::size_t>(number)];
+  const Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
+  if (!rests(number)) return x;
+  const Vector& n = struck[static_cast<std::size_t>(number)].rests_on;
+  const double left = dt_ - t;
+  return x - 0.5 * left * left * n.dot(g_) * n;
+}
+
+inline Vector BallEvents::velocity(std::int32_t number, double t) const {
+  const Vector v = balls[static_cast<std::size_t>(number)].v + t * g_;
+  if (!rests(number)) return v;
+  const Vector& n = struck[static_cast<std::size_t>(number)].rests_on;
+  return v - n.dot(v) * n;
+}
+
 }  // namespace cradle

@@ -21,6 +21,8 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/machine_lanes.h"
+
 namespace cradle {
 namespace {
 
@@ -30,6 +32,15 @@ constexpr double kCellsPerBall = 4;         // at most: beyond, cells are wider
 constexpr double kRounding = 0x1p-17;       // 128 e
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+const BallKernels& kernels_of(int lanes) {
+#ifdef CRADLE_WIDE_X86
+  return kernels_of_width<BallKernels>(
+      lanes, {&kBallKernels1, &kBallKernels2, &kBallKernels4, &kBallKernels8});
+#else
+  return kernels_of_width<BallKernels>(lanes, {&kBallKernels1, &kBallKernels2});
+#endif
+}
 
 /// Where nearly all balls are along an axis: 5 to 95 of 100 of a sample, and as much beyond as an
 /// even crowd has. Whoever is outside belongs to the cells at the rim.
@@ -54,7 +65,8 @@ bool BallGrid::build(Executor& executor, std::span<const Ball> balls, double dt,
   fall_ = 0;
   fall_from_rest_ = gravity.norm() * dt * dt;
   const Bounds bounds = bounds_of(executor, balls);
-  radius_max_ = bounds.radius;
+  radius_min_ = bounds.radius_min;
+  radius_max_ = bounds.radius_max;
   speed_max_ = std::sqrt(bounds.speed2);
   if (!choose_cells(balls, bounds) || !count(executor, balls)) return false;
   sort(executor, balls);
@@ -65,12 +77,13 @@ BallGrid::Bounds BallGrid::bounds_of(Executor& executor, std::span<const Ball> b
   bounds_of_parts_.resize(chunks_of(balls.size(), kBalls));
   for_chunks(executor, balls.size(), kBalls,
              [&](std::size_t part, std::size_t begin, std::size_t end) {
-               Bounds bounds{balls[begin].x, balls[begin].x, 0, 0};
+               Bounds bounds{balls[begin].x, balls[begin].x, balls[begin].radius, 0, 0};
                for (std::size_t i = begin; i < end; ++i) {
                  const Ball& ball = balls[i];
                  bounds.lower = bounds.lower.cwiseMin(ball.x);
                  bounds.upper = bounds.upper.cwiseMax(ball.x);
-                 bounds.radius = std::max(bounds.radius, ball.radius);
+                 bounds.radius_min = std::min(bounds.radius_min, ball.radius);
+                 bounds.radius_max = std::max(bounds.radius_max, ball.radius);
                  bounds.speed2 = std::max(bounds.speed2, (ball.v - v_mean_).squaredNorm());
                }
                bounds_of_parts_[part] = bounds;
@@ -79,7 +92,8 @@ BallGrid::Bounds BallGrid::bounds_of(Executor& executor, std::span<const Ball> b
   for (const Bounds& part : bounds_of_parts_) {
     all.lower = all.lower.cwiseMin(part.lower);
     all.upper = all.upper.cwiseMax(part.upper);
-    all.radius = std::max(all.radius, part.radius);
+    all.radius_min = std::min(all.radius_min, part.radius_min);
+    all.radius_max = std::max(all.radius_max, part.radius_max);
     all.speed2 = std::max(all.speed2, part.speed2);
   }
   return all;
@@ -109,7 +123,8 @@ bool BallGrid::choose_cells(std::span<const Ball> balls, const Bounds& bounds) {
   }
   cells_per_m_ = static_cast<float>(1 / side);
   for (int k = 0; k < 3; ++k) {
-    origin_cells_[k] = static_cast<float>(lower[k] - origin_[k]);
+    first_cell_[k] = static_cast<float>(lower[k] - origin_[k]);
+    last_cell_[k] = static_cast<float>(cells(k) - 1);
     size_[k] = static_cast<std::uint32_t>(cells(k)) + 2;
   }
   return true;
@@ -118,10 +133,11 @@ bool BallGrid::choose_cells(std::span<const Ball> balls, const Bounds& bounds) {
 /// Which cell each ball is in, and how many are in each.
 bool BallGrid::count(Executor& executor, std::span<const Ball> balls) {
   cells_of_.resize(balls.size());
+  points_.resize(balls.size());
   for_each_index(executor, balls.size(), kBalls, [&](std::size_t i) {
-    const Vector x = balls[i].x - origin_;
-    cells_of_[i] = number_of(
-        cell_of(static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())));
+    const Point at = point(balls[i]);
+    points_[i] = at;
+    cells_of_[i] = number_of(cell_of(at.x));
   });
   begins_.assign(std::size_t{size_[0]} * size_[1] * size_[2] + 1, 0);
   for (const std::uint32_t cell : cells_of_) ++begins_[cell];
@@ -147,94 +163,91 @@ void BallGrid::sort(Executor& executor, std::span<const Ball> balls) {
   for_each_index(executor, balls.size(), kBalls, [&](std::size_t place) {
     constexpr std::size_t kAhead = 8;
     if (place + kAhead < balls.size()) {
-      __builtin_prefetch(&balls[index(numbers_[place + kAhead])]);
+      __builtin_prefetch(&points_[index(numbers_[place + kAhead])]);
     }
-    write(balls[index(numbers_[place])], place);
+    write(points_[index(numbers_[place])], place);
   });
   // Each now tells where its cell ends.
   std::copy_backward(begins_.begin(), begins_.end() - 1, begins_.end());
   begins_[0] = 0;
 }
 
-void BallGrid::write(const Ball& ball, std::size_t place) {
-  float* at = columns_.data() + place;
-  for (int k = 0; k < 3; ++k) {
-    at[static_cast<std::size_t>(k) * stride_] = static_cast<float>(ball.x[k] - origin_[k]);
-    at[static_cast<std::size_t>(3 + k) * stride_] = static_cast<float>(ball.v[k] - v_mean_[k]);
-  }
-  at[6 * stride_] = static_cast<float>((1 + kStruckTogether) * ball.radius);
+BallGrid::Point BallGrid::point(const Ball& ball) const {
+  const auto at = [](const Vector& x, const Vector& origin, int k) {
+    return static_cast<float>(x[k] - origin[k]);
+  };
+  const auto radius = static_cast<float>((1 + kStruckTogether) * ball.radius);
+  return {Four{at(ball.x, origin_, 0), at(ball.x, origin_, 1), at(ball.x, origin_, 2), 0},
+          Four{at(ball.v, v_mean_, 0), at(ball.v, v_mean_, 1), at(ball.v, v_mean_, 2), radius}};
+}
+
+void BallGrid::write(const Point& point, std::size_t place) {
+  float* const at = columns_.data() + place;
+  for (int k = 0; k < 3; ++k) at[static_cast<std::size_t>(k) * stride_] = point.x[k];
+  for (int k = 0; k < 4; ++k) at[static_cast<std::size_t>(3 + k) * stride_] = point.v_and_radius[k];
 }
 
 void BallGrid::note(std::int32_t number, const Ball& ball) {
-  write(ball, places_[index(number)]);
+  write(point(ball), places_[index(number)]);
   speed_max_ = std::max(speed_max_, (ball.v - v_mean_).norm());
   coordinate_max_ = std::max(coordinate_max_, (ball.x - origin_).cwiseAbs().maxCoeff());
   fall_ = fall_from_rest_;
   measure();
 }
 
-std::int64_t BallGrid::find_pairs(Executor& executor, std::vector<BodyPair>& pairs) {
+BallCells BallGrid::cells() const {
+  return {columns_.data(), stride_,
+          begins_.data(),  {size_[0], size_[1], size_[2]},
+          slack_,          static_cast<float>(2 * dt_)};
+}
+
+std::int64_t BallGrid::find_pairs(Executor& executor, int lanes, std::vector<BodyPair>& pairs) {
   pairs.clear();
-  const std::size_t rows = std::size_t{size_[1] - 2} * (size_[2] - 2);
-  const std::int64_t seen =
-      parts_.find(executor, rows, pairs,
-                  [this](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
-                    return join(begin, end, found);
-                  });
+  hits_.resize(numbers_.size());
+  const BallCells all = cells();
+  const BallKernels& kernels = kernels_of(lanes);
+  const std::uint32_t ny = size_[1] - 2, nz = size_[2] - 2;
+  const auto look = [&](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
+    for (std::size_t row = begin; row < end; ++row) {
+      const auto y = static_cast<std::int32_t>(1 + row % ny);
+      const auto z = static_cast<std::int32_t>(1 + row / ny);
+      const std::uint32_t first = number_of(1, y, z);
+      kernels.look_along_row(all, first, hits_.data());
+      for (std::uint32_t at = begins_[first]; at < begins_[first + size_[0] - 2]; ++at) {
+        if (hits_[at] != 0) decode(at, hits_[at], found);
+      }
+    }
+    return static_cast<std::int64_t>((end - begin) * (size_[0] - 2));
+  };
+  const std::int64_t seen = parts_.find(executor, std::size_t{ny} * nz, pairs, look);
   sorter_.sort(numbers_.size(), pairs);
   return seen;
 }
 
-std::int64_t BallGrid::join(std::size_t first_row, std::size_t end_row,
-                            std::vector<BodyPair>& found) const {
-  const std::uint32_t next_y = size_[0], next_z = size_[0] * size_[1];
-  const std::array<std::uint32_t, 4> others{next_y, next_z - next_y, next_z, next_z + next_y};
-  std::int64_t looked_at = 0;
-  for (std::size_t row = first_row; row < end_row; ++row) {
-    const std::size_t y = 1 + row % (size_[1] - 2), z = 1 + row / (size_[1] - 2);
-    const std::uint32_t* cell = begins_.data() + z * next_z + y * next_y + 1;
-    for (const std::uint32_t* const end = cell + size_[0] - 2; cell < end; ++cell) {
-      if (cell[0] == cell[1]) continue;
-      ++looked_at;
-      std::array<Range, 5> ranges;
-      for (std::size_t k = 0; k < 4; ++k) {
-        ranges[k + 1] = {cell[others[k] - 1], cell[others[k] + 2]};
-      }
-      for (std::uint32_t at = cell[0]; at < cell[1]; ++at) {
-        ranges[0] = {at + 1, cell[2]};
-        look_at(at, ranges, found);
-      }
-    }
-  }
-  return looked_at;
-}
-
-/// Of each range four balls at once, which is most of them as a rule: no branches until then.
-void BallGrid::look_at(std::uint32_t place, const std::array<Range, 5>& ranges,
-                       std::vector<BodyPair>& found) const {
-  const Probe ball = probe(place, 0);
+void BallGrid::decode(std::uint32_t place, std::uint32_t hits, std::vector<BodyPair>& found) const {
   const std::int32_t number = numbers_[place];
+  const std::uint32_t cell = cells_of_[index(number)];
+  const BallCells all = cells();
+  const auto row = [&](std::size_t r) {
+    const std::uint32_t middle = cell + row_after(all, r);
+    return Range{r == 0 ? place + 1 : begins_[middle - 1], begins_[middle + 2]};
+  };
   const auto add = [&](std::uint32_t other) {
     const auto [a, b] = std::minmax(number, numbers_[other]);
     found.push_back({a, b});
   };
-  std::uint32_t hits = 0;
-  bool has_more = false;
-  for (std::size_t r = 0; r < ranges.size(); ++r) {
-    const std::uint32_t count = ranges[r].end - ranges[r].begin;
-    const unsigned within = (1U << std::min<std::uint32_t>(count, kLanes)) - 1;
-    hits |= (may_meet<true>(ball, ranges[r].begin) & within) << (kLanes * r);
-    has_more |= count > kLanes;
+  for (std::uint32_t left = hits & ~kMoreBalls; left != 0; left &= left - 1) {
+    const auto bit = static_cast<std::uint32_t>(std::countr_zero(left));
+    add(row(bit / 4).begin + bit % 4);
   }
-  for (; hits != 0; hits &= hits - 1) {
-    const auto bit = static_cast<std::size_t>(std::countr_zero(hits));
-    add(ranges[bit / kLanes].begin + static_cast<std::uint32_t>(bit % kLanes));
-  }
-  for (std::size_t r = 0; has_more && r < ranges.size(); ++r) {
-    for (std::uint32_t at = ranges[r].begin + kLanes; at < ranges[r].end; at += kLanes) {
-      for (unsigned more = may_meet<true>(ball, at); more != 0; more &= more - 1) {
+  if ((hits & kMoreBalls) == 0) return;
+  const Probe ball = probe(place, 0);
+  for (std::size_t r = 0; r < kBallRows; ++r) {
+    const auto [begin, end] = row(r);
+    for (std::uint32_t at = begin + 4; at < end; at += 4) {
+      for (unsigned more = may_meet(ball, at); more != 0; more &= more - 1) {
         const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(more));
-        if (other < ranges[r].end) add(other);
+        if (other < end) add(other);
       }
     }
   }

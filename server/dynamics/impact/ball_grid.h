@@ -18,6 +18,7 @@
 #include "server/collision/executor.h"
 #include "server/collision/pair_parts.h"
 #include "server/collision/pair_rules.h"
+#include "server/dynamics/impact/ball_kernel.h"
 #include "server/dynamics/impact/balls.h"
 
 namespace cradle {
@@ -32,7 +33,8 @@ class BallGrid {
 
   /// Replaces `pairs` by those, of balls, that meet in the tick or touch, and some that do not:
   /// sorted, each once. Returns the cells looked at. To be called before anything is noted.
-  std::int64_t find_pairs(Executor& executor, std::vector<BodyPair>& pairs);
+  /// `lanes`: as many doubles abreast, see kernels_of_width; the result does not depend on it.
+  std::int64_t find_pairs(Executor& executor, int lanes, std::vector<BodyPair>& pairs);
 
   /// An impact has changed it.
   void note(std::int32_t number, const Ball& ball);
@@ -46,22 +48,25 @@ class BallGrid {
   template <class F>
   void for_each_in(const Aabb& box, F&& visit) const;
 
-  double radius_max() const { return radius_max_; }  ///< m
-  double speed_max() const { return speed_max_; }    ///< m/s, about the mean velocity
+  double radius_min() const { return radius_min_; }  ///< m
+  double radius_max() const { return radius_max_; }
+  double speed_max() const { return speed_max_; }  ///< m/s, about the mean velocity
 
  private:
   using Four = FourFloats;
   struct Range {
     std::uint32_t begin, end;  // of places
   };
-  struct Cell {
-    std::int32_t x, y, z;
+  using Cell = std::int32_t __attribute__((vector_size(16)));  // x, y, z
+  /// A ball in the grid's numbers.
+  struct Point {
+    Four x, v_and_radius;
   };
   struct Bounds {
     Vector lower, upper;  // of centres, m
-    double radius, speed2;
+    double radius_min, radius_max, speed2;
   };
-  /// A ball in all lanes, to look at others four at once; from `now` on, for `left` seconds.
+  /// A ball in all lanes, to look at others four at once, from `now` on.
   struct Probe {
     Four x, y, z, vx, vy, vz, radius, slack, now, twice_left;
   };
@@ -70,16 +75,16 @@ class BallGrid {
   bool choose_cells(std::span<const Ball> balls, const Bounds& bounds);
   bool count(Executor& executor, std::span<const Ball> balls);
   void sort(Executor& executor, std::span<const Ball> balls);
-  void write(const Ball& ball, std::size_t place);
+  Point point(const Ball& ball) const;
+  void write(const Point& point, std::size_t place);
 
   void measure();
-  Cell cell_of(float x, float y, float z) const;
-  std::uint32_t number_of(const Cell& cell) const {
-    return (static_cast<std::uint32_t>(cell.z) * size_[1] + static_cast<std::uint32_t>(cell.y)) *
-               size_[0] +
-           static_cast<std::uint32_t>(cell.x);
+  Cell cell_of(const Four& x) const;
+  std::uint32_t number_of(const Cell& cell) const { return number_of(cell[0], cell[1], cell[2]); }
+  std::uint32_t number_of(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const auto row = static_cast<std::uint32_t>(z) * size_[1] + static_cast<std::uint32_t>(y);
+    return row * size_[0] + static_cast<std::uint32_t>(x);
   }
-  float* column(std::size_t k) { return columns_.data() + k * stride_; }
   const float* column(std::size_t k) const { return columns_.data() + k * stride_; }
   static Four four(const float* from) {
     Four f;
@@ -87,11 +92,9 @@ class BallGrid {
     return f;
   }
   Probe probe(std::uint32_t place, double now) const;
-  template <bool is_start>
   unsigned may_meet(const Probe& ball, std::uint32_t place) const;
-  std::int64_t join(std::size_t first_row, std::size_t end_row, std::vector<BodyPair>& found) const;
-  void look_at(std::uint32_t place, const std::array<Range, 5>& ranges,
-               std::vector<BodyPair>& found) const;
+  BallCells cells() const;
+  void decode(std::uint32_t place, std::uint32_t hits, std::vector<BodyPair>& found) const;
   template <class F>
   void for_each_row(const Vector& lower, const Vector& upper, F&& visit) const;
 
@@ -101,8 +104,9 @@ class BallGrid {
   double reach_ = 0;           // m: no two that are further apart may meet
   float slack_ = 0;            // m^2, for rounding
   Vector v_mean_ = Vector::Zero(), origin_ = Vector::Zero();
-  double radius_max_ = 0, speed_max_ = 0, coordinate_max_ = 0;
-  float origin_cells_[3] = {}, cells_per_m_ = 0;
+  double radius_min_ = 0, radius_max_ = 0, speed_max_ = 0, coordinate_max_ = 0;
+  Four first_cell_{}, last_cell_{};  // where cells begin, m from origin_; the last along each axis
+  float cells_per_m_ = 0;
   std::uint32_t size_[3] = {};         // cells, with those at the rim, which stay empty
   std::vector<std::uint32_t> begins_;  // of each cell in what follows, and the end
   std::vector<std::int32_t> numbers_;  // of the balls, in the order of the cells
@@ -110,18 +114,19 @@ class BallGrid {
   std::vector<float> columns_;         // in that order: x, y, z, v and radius, an array each
   std::size_t stride_ = 0;
   std::vector<std::uint32_t> cells_of_;  // by number
+  std::vector<Point> points_;            // by number
+  std::vector<std::uint32_t> hits_;      // by place: BallKernels
   std::vector<Bounds> bounds_of_parts_;
   PairParts parts_;
   PairSorter sorter_;
 };
 
-inline BallGrid::Cell BallGrid::cell_of(float x, float y, float z) const {
-  const auto along = [this](float at, int k) {
-    const float cell = (at - origin_cells_[k]) * cells_per_m_;
-    const auto last = static_cast<float>(size_[k] - 3);
-    return 1 + static_cast<std::int32_t>(std::clamp(cell, 0.0F, last));
-  };
-  return {along(x, 0), along(y, 1), along(z, 2)};
+/// Never turns order around: of two coordinates the larger has no smaller cell.
+inline BallGrid::Cell BallGrid::cell_of(const Four& x) const {
+  Four cell = (x - first_cell_) * cells_per_m_;
+  cell = cell < Four{} ? Four{} : cell;
+  cell = cell > last_cell_ ? last_cell_ : cell;
+  return __builtin_convertvector(cell, Cell) + 1;
 }
 
 inline BallGrid::Probe BallGrid::probe(std::uint32_t place, double now) const {
@@ -140,18 +145,13 @@ inline BallGrid::Probe BallGrid::probe(std::uint32_t place, double now) const {
 }
 
 /// Bit k: the ball at `place + k` may meet it.
-template <bool is_start>
 inline unsigned BallGrid::may_meet(const Probe& ball, std::uint32_t place) const {
   const float* const at = columns_.data() + place;
   const Four ux = four(at + 3 * stride_) - ball.vx, uy = four(at + 4 * stride_) - ball.vy,
              uz = four(at + 5 * stride_) - ball.vz;
-  Four dx = four(at) - ball.x, dy = four(at + stride_) - ball.y,
-       dz = four(at + 2 * stride_) - ball.z;
-  if constexpr (!is_start) {
-    dx += ball.now * ux;
-    dy += ball.now * uy;
-    dz += ball.now * uz;
-  }
+  const Four dx = four(at) - ball.x + ball.now * ux;
+  const Four dy = four(at + stride_) - ball.y + ball.now * uy;
+  const Four dz = four(at + 2 * stride_) - ball.z + ball.now * uz;
   const Four R = four(at + 6 * stride_) + ball.radius;
   const Four nearing = ball.twice_left * (dx * ux + dy * uy + dz * uz);
   const Four least = nearing < Four{} ? nearing : Four{};
@@ -165,13 +165,13 @@ void BallGrid::for_each_row(const Vector& lower, const Vector& upper, F&& visit)
       return static_cast<float>(
           std::clamp(x[k] - origin_[k] + rounding, -kFloatReach, kFloatReach));
     };
-    return cell_of(cut(0), cut(1), cut(2));
+    return cell_of(Four{cut(0), cut(1), cut(2), 0});
   };
   const double rounding = 1e-6 * coordinate_max_;  // of a float, sixteen times
   const Cell low = cell_at(lower, -rounding), high = cell_at(upper, rounding);
-  for (std::int32_t z = low.z; z <= high.z; ++z) {
-    for (std::int32_t y = low.y; y <= high.y; ++y) {
-      const Range row{begins_[number_of({low.x, y, z})], begins_[number_of({high.x, y, z}) + 1]};
+  for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+    for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+      const Range row{begins_[number_of(low[0], y, z)], begins_[number_of(high[0], y, z) + 1]};
       if (row.begin < row.end) visit(row);
     }
   }
@@ -188,7 +188,7 @@ void BallGrid::for_each_near(std::int32_t number, double now, F&& visit) const {
   const Vector r = Vector::Constant(double{column(6)[place]} + reach_ / 2);
   for_each_row(here.cwiseMin(there) - r, here.cwiseMax(there) + r, [&](const Range& row) {
     for (std::uint32_t at = row.begin; at < row.end; at += kLanes) {
-      unsigned hits = may_meet<false>(ball, at);
+      unsigned hits = may_meet(ball, at);
       if (row.end - at < kLanes) hits &= (1U << (row.end - at)) - 1;
       for (; hits != 0; hits &= hits - 1) {
         const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(hits));

@@ -1,4 +1,5 @@
-// Curved cores: cylinders, cones and ellipsoids, at anything but what closed_overlap.cpp has.
+// Curved cores: cylinders, cones and ellipsoids, at anything but what closed_overlap.cpp and
+// revolved_overlap.cpp have.
 //
 // Symbols as in least_overlap.cpp. The face of one shape that is nearest to the other's centre
 // comes first: where shapes rest it is certainly best (best_face.h), and all is done.
@@ -25,7 +26,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "server/collision/descent.h"
 #include "server/collision/lead.h"
@@ -37,9 +37,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-constexpr double kDeep = 0.01;     // of the thickness: so deep, no distance is asked for
-constexpr double kVeryDeep = 1.0;  // of it: so deep, minima are many
-constexpr double kAside = 0.6;     // the sides of the first tetrahedron, from where it points to
+constexpr double kVeryDeep = 1.0;  // of the thickness: so deep, minima are many
 constexpr double kFar = 0.1;  // of a squared distance: from there Newton's method finds the rest
 constexpr double kFine = 1e-10;
 
@@ -143,7 +141,7 @@ LeastOverlap CurvedSearch::find() {
     if (try_at_once(n, top)) return ended(best_);
     if (best_.overlap < kInfinity) return grow();
   }
-  if (std::min(overlap, face.overlap) > kDeep * thickness_ &&
+  if (std::min(overlap, face.overlap) > kDeepOverlap * thickness_ &&
       (begin(n, top) || begin_anywhere(pair_, hints_, polytope_))) {
     return grow();
   }
@@ -222,18 +220,11 @@ LeastOverlap CurvedSearch::by_descent(const LeastOverlap& other) {
   return ended(found.overlap < other.overlap ? found : other);
 }
 
-/// A tetrahedron from well inside M, with a wide side across n, and what is farthest along it.
 bool CurvedSearch::begin(const Vector& n, const Difference& top) {
-  const Vector e = unit_across(n), f = n.cross(e);
-  constexpr double kRoot = std::numbers::sqrt3 / 2;
-  const std::array<Difference, 4> corners = {
-      Difference{-pair_.centre, pair_.A.centre}, support(pair_, n + kAside * e, hints_),
-      support(pair_, n + kAside * (-0.5 * e + kRoot * f), hints_),
-      support(pair_, n + kAside * (-0.5 * e - kRoot * f), hints_)};
-  if (!polytope_.begin(corners)) return false;
-  constexpr int kTop = ExpandingPolytope::kWithoutFirst;
-  const double beyond = polytope_.face(kTop).n.dot(top.w) - polytope_.face(kTop).distance;
-  return beyond <= kSure_m || polytope_.expand(kTop, top);
+  std::array<Difference, 4> corners;
+  const std::array<Vector, 3> sides = around(n);
+  for (std::size_t k = 0; k < 3; ++k) corners[k + 1] = support(pair_, sides[k], hints_);
+  return begin_below(pair_, corners, top, polytope_);
 }
 
 LeastOverlap CurvedSearch::grow() {

@@ -22,7 +22,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kLeadSteps = 6;   // to see how much the best direction leads
-constexpr double kDeep = 0.01;  // of the thickness: so deep, no distance is asked for
 constexpr double kAside = 0.6;  // the three sides of the first tetrahedron, from where it points to
 
 }  // namespace
@@ -42,6 +41,21 @@ bool has_corners(const ConvexShape& shape) {
 
 Vector unit_across(const Vector& n) {
   return (std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY()).cross(n).normalized();
+}
+
+std::array<Vector, 3> around(const Vector& n) {
+  const Vector e = unit_across(n), f = n.cross(e);
+  constexpr double kRoot = std::numbers::sqrt3 / 2;
+  return {n + kAside * e, n + kAside * (-0.5 * e + kRoot * f), n + kAside * (-0.5 * e - kRoot * f)};
+}
+
+bool begin_below(const ConvexPair& pair, std::array<Difference, 4>& corners, const Difference& top,
+                 ExpandingPolytope& polytope) {
+  corners[0] = {-pair.centre, pair.A.centre};
+  if (!polytope.begin(corners)) return false;
+  constexpr int kTop = ExpandingPolytope::kWithoutFirst;
+  const double beyond = polytope.face(kTop).n.dot(top.w) - polytope.face(kTop).distance;
+  return beyond <= kSure_m || polytope.expand(kTop, top);
 }
 
 bool begin_anywhere(const ConvexPair& pair, SupportHints& hints, ExpandingPolytope& polytope) {
@@ -174,15 +188,10 @@ void PolytopeSearch::take(const Difference& next) {
 void PolytopeSearch::take_first(const Difference& next) {
   simplex_.corners[0] = next;
   simplex_.count = 1;
-  if (!(n_.dot(next.w) > kDeep * std::min(pair_.A.thickness, pair_.B.thickness))) {
+  if (!(n_.dot(next.w) > kDeepOverlap * std::min(pair_.A.thickness, pair_.B.thickness))) {
     return seek_distance();
   }
-  // A tetrahedron from well inside M, with a wide side across n.
-  const Vector e = unit_across(n_), f = n_.cross(e);
-  constexpr double kRoot = std::numbers::sqrt3 / 2;
-  across_ = {n_ + kAside * e, n_ + kAside * (-0.5 * e + kRoot * f),
-             n_ + kAside * (-0.5 * e - kRoot * f)};
-  corners_[0] = {-pair_.centre, pair_.A.centre};
+  across_ = around(n_);
   corner_count_ = 1;
   direction_ = &across_[0];
   stage_ = Stage::across;
@@ -192,20 +201,11 @@ void PolytopeSearch::take_across(const Difference& next) {
   corners_[corner_count_++] = next;
   if (corner_count_ < 4) {
     direction_ = &across_[corner_count_ - 1];
-  } else if (expanding_.polytope.begin(corners_) && take_top()) {
+  } else if (begin_below(pair_, corners_, simplex_.corners[0], expanding_.polytope)) {
     expand(kKissing_m);
   } else {
     seek_distance();
   }
-}
-
-/// The first support point, which is beyond the three sides or one of them.
-bool PolytopeSearch::take_top() {
-  constexpr int kTop = ExpandingPolytope::kWithoutFirst;
-  ExpandingPolytope& polytope = expanding_.polytope;
-  const Difference& top = simplex_.corners[0];
-  const double beyond = polytope.face(kTop).n.dot(top.w) - polytope.face(kTop).distance;
-  return beyond <= kSure_m || polytope.expand(kTop, top);
 }
 
 void PolytopeSearch::seek_distance() {

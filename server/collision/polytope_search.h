@@ -12,11 +12,22 @@ namespace cradle {
 
 inline constexpr double kSure_m = 1e-11;    ///< overlaps this near to each other are one
 inline constexpr double kKissing_m = 1e-8;  ///< nearer than this, closest points tell no direction
+inline constexpr double kDeepOverlap =
+    0.01;  ///< of the thickness: so deep, no distance is asked for
 
 bool has_corners(const ConvexShape& shape);  ///< its core has, and nothing else
 
 /// Some unit vector across n.
 Vector unit_across(const Vector& n);
+
+/// Where the sides of a first tetrahedron about n point to.
+std::array<Vector, 3> around(const Vector& n);
+
+/// A tetrahedron from well inside M, which becomes the first of the `corners`, with a wide side
+/// across n between the others, which are farthest `around(n)`; and what is farthest along n
+/// itself, the `top`.
+bool begin_below(const ConvexPair& pair, std::array<Difference, 4>& corners, const Difference& top,
+                 ExpandingPolytope& polytope);
 
 /// Some tetrahedron in M, as wide as may be.
 bool begin_anywhere(const ConvexPair& pair, SupportHints& hints, ExpandingPolytope& polytope);
@@ -70,7 +81,6 @@ class PolytopeSearch {
 
   void take_first(const Difference& next);
   void take_across(const Difference& next);
-  bool take_top();
   void seek_distance();
   void seek_distance_from_face();
   void judge_distance();

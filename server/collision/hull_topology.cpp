@@ -79,6 +79,30 @@ void add_neighbours(ConvexHull& hull) {
   }
 }
 
+void add_faces_beyond(ConvexHull& hull) {
+  std::vector<std::int32_t> sum(hull.loops.size());  // of the numbers of an edge's two faces
+  for (std::size_t k = 0; k < hull.loops.size(); ++k)
+    sum[index(hull.edge_at[k])] += hull.face_at[k];
+  for (std::size_t k = 0; k < hull.loops.size(); ++k) {
+    hull.beyond.push_back(sum[index(hull.edge_at[k])] - hull.face_at[k]);
+  }
+}
+
+double least_vertex_cosine(const ConvexHull& hull) {
+  double least = 1;
+  for (std::size_t v = 0; v < hull.vertices.size(); ++v) {
+    const auto begin = index(hull.around_first[v]), end = index(hull.around_first[v + 1]);
+    const auto normal = [&](std::size_t k) {
+      return hull.normals[index(hull.face_at[index(hull.around[k])])];
+    };
+    Vector sum = Vector::Zero();
+    for (std::size_t k = begin; k < end; ++k) sum += normal(k);
+    const double length = sum.norm();
+    for (std::size_t k = begin; k < end; ++k) least = std::min(least, normal(k).dot(sum) / length);
+  }
+  return std::max(0.0, least);
+}
+
 /// Leaves the vertices that no other one surpasses everywhere within the angle with the sine `sine`
 /// about the unit vector `d`.
 void keep_likely(const ConvexHull& hull, const Vector& d, double sine,
@@ -147,6 +171,8 @@ void complete(ConvexHull& hull) {
   add_likely(hull);
   add_planes(hull);
   add_neighbours(hull);
+  add_faces_beyond(hull);
+  hull.vertex_cosine = least_vertex_cosine(hull);
   Vector sum = Vector::Zero();
   for (const Vector& v : hull.vertices) sum += v;
   hull.centre = sum / static_cast<double>(hull.vertices.size());

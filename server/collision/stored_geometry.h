@@ -87,6 +87,7 @@ struct ConvexHull {
   std::vector<double> offsets;        ///< m; face f lies in the plane normals[f] . p = offsets[f]
   std::vector<std::int32_t> face_at;  ///< the face that a place in `loops` belongs to
   std::vector<std::int32_t> edge_at;  ///< number of the edge from there to the loop's next corner
+  std::vector<std::int32_t> beyond;   ///< the face on the other side of that edge
   /// Places in `loops` where a face has vertex v: around[around_first[v] .. around_first[v + 1]-1]
   std::vector<std::int32_t> around, around_first;
   std::vector<std::int32_t> neighbours;  ///< of v: the next corner, for each of `around`
@@ -100,6 +101,9 @@ struct ConvexHull {
   Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< m, of the box that holds it
   Vector centre = Vector::Zero();                         ///< m, mean of the vertices
   double inner_radius = 0;  ///< m, of a ball about `centre` that the hull holds
+  /// The normals of the faces at any vertex are all within the angle with this cosine of some
+  /// direction. 0: not all.
+  double vertex_cosine = 0;
 
   std::size_t face_count() const { return first.size() - 1; }
   std::span<const std::int32_t> face(std::size_t f) const {

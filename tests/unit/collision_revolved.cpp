@@ -1,0 +1,61 @@
+// Cylinders and cones at boxes and hulls: their normal is the best of all, of any depth, against a
+// search over many directions and down from the best of them, by support functions alone. What that
+// finds is never below the truth, so nothing that is exact is above it.
+#include "tests/unit/collision_pairs.h"
+#include "tests/unit/overlap_by_search.h"
+#include "tests/unit/trials.h"
+
+using namespace cradle;
+
+namespace {
+
+constexpr double kExact = 1e-9;      // m
+constexpr double kRounding = 2e-11;  // m, of coordinates up to 10 m
+constexpr double kMargin = 0.05;     // m
+
+enum class Situation { random, touching, deep, concentric, apart };
+
+/// From a pair that overlaps as it happens to.
+Pair moved(Random& random, Pair pair, Situation situation) {
+  const double thickness = overlap({pair.A, pair.B, {}, {}}, Vector::UnitZ());
+  if (situation == Situation::concentric) {
+    pair.X_WB.x = pair.X_WA.x + random.vector(0.05 * thickness);
+  } else if (situation != Situation::random) {
+    const Vector n = pair.collide(10).normal_W;
+    const double wanted = situation == Situation::touching ? 1e-6 * random.uniform(0, 1)
+                          : situation == Situation::deep   ? random.uniform(0, 0.25) * thickness
+                                                           : -random.uniform(1e-6, 0.4 * kMargin);
+    pair.X_WB.x += n * (overlap(pair, n) - wanted);
+  }
+  return pair;
+}
+
+}  // namespace
+
+TEST_CASE("cylinders and cones leave boxes and hulls by the best way of all") {
+  using enum ShapeKind;
+  Random random(12);
+  int contacts = 0;
+  for (const auto& [revolved, polytope] :
+       {std::pair{cone, box}, std::pair{cone, hull}, std::pair{cylinder, hull}}) {
+    for (int trial = 0; trial < trials(250); ++trial) {
+      const auto situation = static_cast<Situation>(trial % 5);
+      CAPTURE(word_of(revolved), word_of(polytope), trial);
+      const bool is_swapped = trial % 2 == 0;
+      const Pair pair = moved(
+          random, is_swapped ? random.pair(polytope, revolved) : random.pair(revolved, polytope),
+          situation);
+      const double least = least_overlap_by_search(pair);
+      const Manifold manifold = pair.collide(kMargin);
+      if (manifold.count == 0) {
+        REQUIRE(least < -kMargin + kExact);
+        continue;
+      }
+      ++contacts;
+      const double along_normal = overlap(pair, manifold.normal_W);
+      REQUIRE(std::abs(deepest(manifold) - along_normal) < kRounding);
+      REQUIRE(along_normal <= least + kExact);
+    }
+  }
+  CHECK(contacts > trials(600));
+}

@@ -3,7 +3,8 @@
 // Symbols: p a unit vector from the middle of a rim to a point of it, q the tangent there, r the
 // radius; w = r_A p_A - r_B p_B - d the point of M (closed_overlap.cpp) that the two points make.
 // Where a ball about the origin touches M from inside, |w| is least, and the direction is across
-// both tangents. Newton's method finds the minimum of |w|^2 / 2 over the angles of the points.
+// both tangents. Newton's method finds the minimum of |w|^2 / 2 over the angles of the points; from
+// the ridge between two minima, where poses that mirror each other begin, it goes down either side.
 // It begins where the planes of the rims cross, on the line along u where A's rim ends and B's
 // begins: where rims only touch that is the place itself.
 //
@@ -13,14 +14,24 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 12;
+constexpr int kStepsMax = 16;
 constexpr double kLongest = 0.5;  // rad, of a step
 constexpr double kStill = 1e-6;   // rad: the error left is its square
 constexpr double kFlat = 1e-6;    // of the product of the squared radii
+// rad: a step this short where there is no valley ends on the ridge between two; off it, so far.
+constexpr double kNoSlope = 0.02, kOff = 0.2;
 
 /// A unit vector, turned toward its tangent.
 Vector turned(const Vector& p, const Vector& q, double angle) {
   return (p + angle * q) / std::sqrt(1 + angle * angle);
+}
+
+/// Of the matrix (AA AB, AB BB) the unit direction along which it is negative, if any; else zero.
+Eigen::Vector2d least_curved(double AA, double AB, double BB) {
+  const double half = 0.5 * (AA - BB), least = 0.5 * (AA + BB) - std::hypot(half, AB);
+  if (!(least < 0)) return Eigen::Vector2d(0, 0);
+  const Eigen::Vector2d one(AB, least - AA), two(least - BB, AB);
+  return (one.squaredNorm() > two.squaredNorm() ? one : two).normalized();
 }
 
 }  // namespace
@@ -54,13 +65,20 @@ bool RimPair::polish(Vector& p_A, Vector& p_B) const {
     double AA = square_A - r_A * w.dot(p_A), BB = square_B + r_B * w.dot(p_B);
     const double AB = -r_A * r_B * q_A.dot(q_B);
     double determinant = AA * BB - AB * AB;
-    if (!(determinant > kFlat * square_A * square_B && AA > 0)) {  // no valley: down as if w were 0
+    const bool is_valley = determinant > kFlat * square_A * square_B && AA > 0;
+    const Eigen::Vector2d down = is_valley ? Eigen::Vector2d(0, 0) : least_curved(AA, AB, BB);
+    if (!is_valley) {  // down as if w were 0
       AA = 1.01 * square_A;
       BB = 1.01 * square_B;
       determinant = AA * BB - AB * AB;
     }
-    const double turn_A = (AB * slope_B - BB * slope_A) / determinant;
-    const double turn_B = (AB * slope_A - AA * slope_B) / determinant;
+    double turn_A = (AB * slope_B - BB * slope_A) / determinant;
+    double turn_B = (AB * slope_A - AA * slope_B) / determinant;
+    if (!is_valley && std::max(std::abs(turn_A), std::abs(turn_B)) < kNoSlope) {
+      const double way = down.x() * slope_A + down.y() * slope_B > 0 ? -kOff : kOff;
+      turn_A = way * down.x();
+      turn_B = way * down.y();
+    }
     const double turn = std::max(std::abs(turn_A), std::abs(turn_B));
     const double scale = turn > kLongest ? kLongest / turn : 1;
     p_A = turned(p_A, q_A, scale * turn_A);

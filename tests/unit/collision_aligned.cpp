@@ -1,5 +1,7 @@
 // Shapes whose axes are along or across each other, exactly or but for rounding: what people build,
 // and random attitudes never are. There normals of edges are noise, and ellipses lines.
+#include <numbers>
+
 #include "server/collision/planar_pairs.h"
 #include "tests/bench/parting.h"
 #include "tests/unit/collision_pairs.h"
@@ -105,6 +107,30 @@ TEST_CASE("what just touches along one axis is told to be apart where a rim's di
     REQUIRE(along_normal < bench::parting(pair).overlap + 1e-6);
   }
   CHECK(touching > trials(1000));
+}
+
+TEST_CASE("rims that mirror each other overlap least to either side of the mirror") {
+  // The search begins on the ridge between two minima, in the mirror's plane.
+  struct Mirrored {
+    double half_length_A, half_length_B;
+    Vector x_B;
+  };
+  const auto [half_length_A, half_length_B, x_B] =
+      GENERATE(Mirrored{0.75, 1, {0.75, 1.75, 1.5}}, Mirrored{0.75, 0.25, {-0.75, 1, 1.5}},
+               Mirrored{1, 0.75, {-1, 1, 1.25}}, Mirrored{0.25, 0.25, {0.75, -1, 1}});
+  const Matrix across =
+      Eigen::AngleAxisd(-std::numbers::pi / 2, Vector::UnitX()).toRotationMatrix();
+  Random random(8);
+  for (int k = 0; k < 20; ++k) {
+    const Matrix R = k == 0 ? Matrix(Matrix::Identity()) : random.rotation();
+    const Vector off = k < 2 ? Vector(Vector::Zero()) : random.vector(1e-9);
+    const Pair pair{Shape::cylinder(1, half_length_A),
+                    Shape::cylinder(1, half_length_B),
+                    {Vector::Zero(), R},
+                    {R * (x_B + off), R * across}};
+    CAPTURE(k, x_B.transpose());
+    REQUIRE(overlap(pair, pair.collide(0.02).normal_W) < bench::parting(pair).overlap + 1e-6);
+  }
 }
 
 TEST_CASE("in the plane what lies on a capsule's axis beyond its end is as far as it is") {

@@ -60,6 +60,7 @@ void PairSorter::sort(std::size_t slots, std::vector<BodyPair>& pairs) {
     std::sort(pairs.begin(), pairs.end());
     return;
   }
+  unsorted_.reserve(pairs.capacity());  // assigning would ask for no more than it needs now
   unsorted_.assign(pairs.begin(), pairs.end());
   if (pairs.size() > kLongRow * slots) {  // long rows are sorted by counting, too
     const auto by_b = [](const BodyPair& pair) { return static_cast<std::size_t>(pair.b); };

@@ -139,7 +139,10 @@ bool BallGrid::count(Executor& executor, std::span<const Ball> balls) {
     points_[i] = at;
     cells_of_[i] = number_of(cell_of(at.x));
   });
-  begins_.assign(std::size_t{size_[0]} * size_[1] * size_[2] + 1, 0);
+  const std::size_t cells = std::size_t{size_[0]} * size_[1] * size_[2] + 1;
+  if (cells > begins_.capacity())
+    begins_.reserve(2 * cells);  // their number varies with the speeds
+  begins_.assign(cells, 0);
   for (const std::uint32_t cell : cells_of_) ++begins_[cell];
   std::size_t shared = 0;
   std::uint32_t sum = 0;

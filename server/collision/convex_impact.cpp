@@ -245,4 +245,17 @@ TimeOfImpact convex_impact(const MovingPart& A, const MovingPart& B, ImpactGoal 
   return result;
 }
 
+void keep_first(TimeOfImpact& first, TimeOfImpact found) {
+  found.iterations += first.iterations;
+  found.began_touching = found.began_touching || first.began_touching;
+  const bool is_first = found.kind != TimeOfImpact::Kind::none &&
+                        (first.kind == TimeOfImpact::Kind::none || found.time < first.time);
+  if (is_first) {
+    first = found;
+  } else {
+    first.iterations = found.iterations;
+    first.began_touching = found.began_touching;
+  }
+}
+
 }  // namespace cradle

@@ -10,4 +10,7 @@ namespace cradle {
 TimeOfImpact convex_impact(const MovingPart& A, const MovingPart& B, ImpactGoal goal,
                            const ImpactLengths& lengths, bool is_planar = false);
 
+/// Leaves in `first` the earlier of both, with the work of both.
+void keep_first(TimeOfImpact& first, TimeOfImpact found);
+
 }  // namespace cradle

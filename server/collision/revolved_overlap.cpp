@@ -6,10 +6,10 @@
 // cylinders.)
 //
 // A ball about the origin that touches M from inside touches a smooth part of its surface:
-//   a face of P and what Q has deepest behind it             its normal
-//   a cap of Q and what P has farthest along it              its normal
-//   the side of Q and a vertex                               from the vertex to the axis, as it
-//   leans the side or a rim of Q and an edge                       an arc of normals (edge_arc.h)
+//   a face of P and what Q has deepest behind it: its normal;
+//   a cap of Q and what P has farthest along it: its normal;
+//   the side of Q and a vertex: from the vertex to the axis, leaning as the side does;
+//   the side or a rim of Q and an edge: an arc of normals (edge_arc.h).
 // The least h of all these is the least overlap, exactly. Where the two are apart, the same
 // directions count, and that from a vertex or an edge to a rim: h is then least at the closest
 // points, and nowhere else is a minimum.

@@ -20,19 +20,6 @@ Pose moved(const Path& path, const Pose& X_WP, double time) {
   return X;
 }
 
-void keep_first(TimeOfImpact& first, TimeOfImpact found) {
-  found.iterations += first.iterations;
-  found.began_touching = found.began_touching || first.began_touching;
-  const bool is_first = found.kind != TimeOfImpact::Kind::none &&
-                        (first.kind == TimeOfImpact::Kind::none || found.time < first.time);
-  if (is_first) {
-    first = found;
-  } else {
-    first.iterations = found.iterations;
-    first.began_touching = found.began_touching;
-  }
-}
-
 namespace {
 
 /// The earliest of all parts of A. They are as many as a compound has, few.

@@ -219,8 +219,10 @@ std::string solid_fault(const TriangleMesh& mesh, const std::vector<Edge>& edges
     volume[part[t]] += v;
     size[part[t]] += std::abs(v);
   }
-  // Smaller than this the volume is nothing but rounding.
+  // Smaller than this the volume is nothing but rounding; or that of less than the least
+  // tetrahedron.
   constexpr double kRounding = 1e-13;
+  constexpr double kLeast_m3 = limits::kSizeMin_m * limits::kSizeMin_m * limits::kSizeMin_m;
   for (std::size_t k = 0; k < count; ++k) {
     if (!(std::abs(volume[k]) > kRounding * size[k])) return "encloses no volume";
     all += volume[k];
@@ -232,7 +234,7 @@ std::string solid_fault(const TriangleMesh& mesh, const std::vector<Edge>& edges
   if (is_all_inverted) {
     return "is inside out: its triangles run clockwise as seen from outside" + fix;
   }
-  if (!(all > kRounding * all_sizes)) return "encloses no volume";
+  if (!(all > std::max(kLeast_m3, kRounding * all_sizes))) return "encloses no volume";
   constexpr std::size_t kPartsExamined = 1000;  // the time grows with parts times triangles
   if (count == 1) return {};
   if (count > kPartsExamined) return "is in more than 1000 pieces";

@@ -161,22 +161,14 @@ GeometryPointer compound_of(Input& in) {
       return std::pow(10,
                       static_cast<double>(in.any<std::uint8_t>()) / 25.6 - 4);  // 0.1 mm .. 1000 km
     };
-    switch (in.below(5)) {
-      case 0:
-        part.shape = Shape::sphere(size());
-        break;
-      case 1:
-        part.shape = Shape::box({size(), size(), size()});
-        break;
-      case 2:
-        part.shape = Shape::cone(size(), size());
-        break;
-      case 3:
-        part.shape = Shape::stored(static_cast<ShapeKind>(8 + in.below(3)), 1);
-        part.geometry = taken(make_hull(take_points(in)));
-        break;
-      default:
-        part.shape = {static_cast<ShapeKind>(in.below(12)), {}};
+    // As the scene's reader gives them: sizes validated, of stored geometry any kind.
+    if (in.one_in(4)) {
+      part.shape = Shape::stored(static_cast<ShapeKind>(8 + in.below(3)), 1);
+      part.geometry = taken(make_hull(take_points(in)));
+    } else {
+      part.shape.kind = static_cast<ShapeKind>(in.below(8));
+      for (std::size_t k = 0; k < size_count(part.shape.kind); ++k)
+        part.shape.parameters[k] = size();
     }
     for (double& x : part.p_BoPo) x = in.any<std::int8_t>();
     part.density_kgpm3 = in.one_in(8) ? in.any<double>() : 1000;

@@ -108,6 +108,9 @@ TEST_CASE("surfaces that are none are refused") {
     change(copy);
     return fault(copy);
   };
+  CHECK_THAT(fault(box_surface({1, 1, 1e-310})), Contains("encloses no volume"));
+  CHECK_THAT(fault(box_surface({1, 1, 1e-14})), Contains("encloses no volume"));
+  CHECK(fault(box_surface({1e-4, 1e-4, 1e-4})).empty());
   CHECK_THAT(changed([](Surface& c) { c.triangles.clear(); }), Contains("no triangles"));
   CHECK_THAT(changed([](Surface& c) { c.triangles[3][1] = 8; }), Contains("triangle 3"));
   CHECK_THAT(changed([](Surface& c) { c.triangles[3][1] = -1; }), Contains("triangle 3"));

@@ -88,19 +88,32 @@ void add_faces_beyond(ConvexHull& hull) {
   }
 }
 
-double least_vertex_cosine(const ConvexHull& hull) {
-  double least = 1;
-  for (std::size_t v = 0; v < hull.vertices.size(); ++v) {
-    const auto begin = index(hull.around_first[v]), end = index(hull.around_first[v + 1]);
-    const auto normal = [&](std::size_t k) {
-      return hull.normals[index(hull.face_at[index(hull.around[k])])];
-    };
-    Vector sum = Vector::Zero();
-    for (std::size_t k = begin; k < end; ++k) sum += normal(k);
-    const double length = sum.norm();
-    for (std::size_t k = begin; k < end; ++k) least = std::min(least, normal(k).dot(sum) / length);
+/// The least cosine between the normals of the faces at a vertex and their mean direction.
+double vertex_cosine(const ConvexHull& hull, std::size_t v) {
+  const auto begin = index(hull.around_first[v]), end = index(hull.around_first[v + 1]);
+  const auto normal = [&](std::size_t k) {
+    return hull.normals[index(hull.face_at[index(hull.around[k])])];
+  };
+  Vector sum = Vector::Zero();
+  for (std::size_t k = begin; k < end; ++k) sum += normal(k);
+  double least = sum.norm();
+  for (std::size_t k = begin; k < end; ++k) least = std::min(least, normal(k).dot(sum));
+  return std::max(0.0, least / sum.norm());
+}
+
+void add_cosines(ConvexHull& hull) {
+  hull.corner_cosines.assign(hull.face_count(), 1);
+  hull.edge_cosines.assign(hull.face_count(), 1);
+  std::vector<double> of_vertex;
+  for (std::size_t v = 0; v < hull.vertices.size(); ++v)
+    of_vertex.push_back(vertex_cosine(hull, v));
+  for (std::size_t k = 0; k < hull.loops.size(); ++k) {
+    const std::size_t f = index(hull.face_at[k]), g = index(hull.beyond[k]);
+    double &corner = hull.corner_cosines[f], &edge = hull.edge_cosines[f];
+    corner = std::min(corner, of_vertex[index(hull.loops[k])]);
+    // Half the angle between two unit vectors.
+    edge = std::min(edge, 0.5 * (hull.normals[f] + hull.normals[g]).norm());
   }
-  return std::max(0.0, least);
 }
 
 /// Leaves the vertices that no other one surpasses everywhere within the angle with the sine `sine`
@@ -172,7 +185,7 @@ void complete(ConvexHull& hull) {
   add_planes(hull);
   add_neighbours(hull);
   add_faces_beyond(hull);
-  hull.vertex_cosine = least_vertex_cosine(hull);
+  add_cosines(hull);
   Vector sum = Vector::Zero();
   for (const Vector& v : hull.vertices) sum += v;
   hull.centre = sum / static_cast<double>(hull.vertices.size());

@@ -12,8 +12,11 @@ struct BoxTopology {
   std::array<std::int32_t, 7> first{};
   std::array<std::int32_t, 9> around_first{};
   std::array<Vector, 6> normals;
+  std::array<double, 6> corner_cosines, edge_cosines;
 
   BoxTopology() {
+    corner_cosines.fill(std::numbers::inv_sqrt3);
+    edge_cosines.fill(0.5 * std::numbers::sqrt2);
     for (std::size_t f = 0; f < 6; ++f) set_face(f);
     for (std::size_t f = 0; f < 7; ++f) first[f] = static_cast<std::int32_t>(4 * f);
     for (std::size_t v = 0; v < 8; ++v) {
@@ -47,7 +50,7 @@ PolytopeFaces::PolytopeFaces(const ConvexShape& shape) {
     vertices = hull.vertices, normals = hull.normals, offsets = hull.offsets;
     loops_ = hull.loops, beyond_ = hull.beyond, first_ = hull.first;
     neighbours_ = hull.neighbours, around_first_ = hull.around_first;
-    vertex_cosine = hull.vertex_cosine;
+    corner_cosines = hull.corner_cosines, edge_cosines = hull.edge_cosines;
     return;
   }
   static const BoxTopology kBox;
@@ -59,7 +62,7 @@ PolytopeFaces::PolytopeFaces(const ConvexShape& shape) {
   vertices = box_vertices_, normals = kBox.normals, offsets = box_offsets_;
   loops_ = kBox.loops, beyond_ = kBox.beyond, first_ = kBox.first;
   neighbours_ = kBox.neighbours, around_first_ = kBox.around_first;
-  vertex_cosine = std::numbers::inv_sqrt3;
+  corner_cosines = kBox.corner_cosines, edge_cosines = kBox.edge_cosines;
 }
 
 }  // namespace cradle

@@ -16,8 +16,7 @@ class PolytopeFaces {
   PolytopeFaces& operator=(const PolytopeFaces&) = delete;
 
   std::span<const Vector> vertices, normals;
-  std::span<const double> offsets;
-  double vertex_cosine = 0;
+  std::span<const double> offsets, corner_cosines, edge_cosines;
 
   /// Corner after corner of a face, counter-clockwise, and the face beyond the edge from each.
   std::span<const std::int32_t> corners(std::size_t face) const { return of_face(loops_, face); }

@@ -17,13 +17,15 @@
 // Few of them need be looked at. With D_i how far c is behind face i: along n = sum a_i n_i, of the
 // normals n_i at one vertex, with all a_i >= 0,
 //   h(n) >= R + sum a_i D_i,  1 <= sum a_i <= 1 / cos w,
-// if all n_i are within w of some direction. So vertices and edges of faces count whose D_i is
-// below (d - R) cos w, or d - R if that is above 0, where d is the least overlap so far. The point
-// of Q that is deepest behind one face of an edge bounds the overlap beside the other.
+// if all n_i are within w of some direction. So vertices of faces count whose D_i is below
+// (d - R) cos w, or d - R if that is above 0, where d is the least overlap so far; and edges
+// likewise, with the two normals there, which are closer to each other. The point of Q that is
+// deepest behind one face of an edge bounds the overlap beside the other.
 //
-// Cost, of 13 000 instructions of a manifold: at 80 faces 9 500, of which 1 300 go over all faces;
-// 14 count, with as many vertices and 42 edges, of which 2 or 3 have an arc to look at. Of a box
-// 3 500.
+// Cost, of 12 900 instructions of a manifold: at 80 faces 9 400, of which 1 900 go over all faces;
+// 11 count, with as many vertices and 30 edges, of which 2 or 3 have an arc to look at. Of a box
+// 3 500. Tried: the point of Q deepest behind the nearest face in place of the ball, or beside it;
+// as many faces count, and it costs another pass over all.
 #include "server/collision/revolved_overlap.h"
 
 #include <array>
@@ -52,6 +54,21 @@ constexpr double kFlat = 1e-20;         // a squared sine: faces beside each oth
 
 using Two = double __attribute__((vector_size(16)));
 using Bits = std::int64_t __attribute__((vector_size(16)));
+
+/// Of faces, or of vertices.
+using Set = std::array<std::uint64_t, 2>;
+static_assert(kFacesMax <= 128 && kVerticesMax <= 128);
+
+bool has(const Set& set, std::size_t k) { return (set[k / 64] >> k % 64 & 1) != 0; }
+
+template <typename Act>
+void for_each(const Set& set, const Act& act) {
+  for (std::size_t k = 0; k < set.size(); ++k) {
+    for (std::uint64_t left = set[k]; left != 0; left &= left - 1) {
+      act(64 * k + static_cast<std::size_t>(std::countr_zero(left)));
+    }
+  }
+}
 
 class RevolvedSearch {
  public:
@@ -134,12 +151,10 @@ class RevolvedSearch {
   std::array<Behind, kFacesMax> behind_;
   std::array<bool, kFacesMax> is_known_{};
   std::array<double, kFacesMax + 1> inside_;  ///< m, of each face: how far the centre is behind it
-  std::array<std::uint32_t, kFacesMax> marked_;
-  std::size_t marked_count_ = 0;
-  double mark_ = 0;
-  std::size_t nearest_ = 0;  ///< face to the centre
-  Vector some_vertex_;       ///< of it
-  Direction best_;           ///< from P to Q
+  Set by_corners_{}, by_edges_{};  ///< faces at whose corners, or edges, there may be less overlap
+  std::size_t nearest_ = 0;        ///< face to the centre
+  Vector some_vertex_;             ///< of it
+  Direction best_;                 ///< from P to Q
   At where_ = At::nothing;
   std::size_t which_ = 0, place_ = 0;  ///< the face, or vertex; of an edge its place in the face
   Vector deepest_;                     ///< point of Q, or of P at a cap
@@ -187,6 +202,7 @@ std::size_t RevolvedSearch::look_at_faces() {
     inside_[f] = offsets[f] - faces_.normals[f].dot(centre_);
     if (inside_[f] < inside_[nearest]) nearest = f;
   }
+  inside_[count] = kInfinity;
   return nearest;
 }
 
@@ -207,24 +223,22 @@ void RevolvedSearch::try_caps() {
   if (body_.upper > 0) try_it(1);
 }
 
-/// Where the overlap may be less.
+/// Where the overlap may be less: at a corner of the face, or at an edge.
 void RevolvedSearch::mark_faces() {
   const double below = best_.overlap - Q_.inner_radius;
-  mark_ = below < 0 ? faces_.vertex_cosine * below : below;
-  inside_[faces_.normals.size()] = kInfinity;
-  for (std::size_t f = 0; f < faces_.normals.size(); f += 64) {
-    const std::size_t end = std::min(f + 64, faces_.normals.size());
-    std::uint64_t set = 0;  // which they are is chance: no branches
-    for (std::size_t g = f; g < end; g += 2) {
-      const std::uint64_t two = bits_of(Two{inside_[g], inside_[g + 1]} < mark_);
-      set |= two << (g - f);
-    }
-    for (; set != 0; set &= set - 1) {
-      marked_[marked_count_++] =
-          static_cast<std::uint32_t>(f) + static_cast<std::uint32_t>(std::countr_zero(set));
-    }
+  const std::size_t count = faces_.normals.size();
+  const auto bounds = [&](std::span<const double> cosines, std::size_t f) {
+    return below < 0 ? below * Two{cosines[f], cosines[f + 1 < count ? f + 1 : f]}
+                     : Two{below, below};
+  };
+  for (std::size_t f = 0; f < count; f += 2) {  // which they are is chance: no branches
+    const Two inside{inside_[f], inside_[f + 1]};
+    const std::uint64_t corners = bits_of(inside < bounds(faces_.corner_cosines, f));
+    const std::uint64_t edges = bits_of(inside < bounds(faces_.edge_cosines, f));
+    by_corners_[f / 64] |= corners << f % 64;
+    by_edges_[f / 64] |= edges << f % 64;
   }
-  for (std::size_t i = 0; i < marked_count_; ++i) try_face(marked_[i]);
+  for_each(by_edges_, [this](std::size_t f) { try_face(f); });
 }
 
 bool RevolvedSearch::supports(std::size_t v, const Vector& n) const {
@@ -237,21 +251,15 @@ bool RevolvedSearch::supports(std::size_t v, const Vector& n) const {
   return most <= reach;
 }
 
-/// Those of the faces that are marked.
 void RevolvedSearch::try_vertices() {
-  if (marked_count_ == 0) return;
   some_vertex_ = faces_.vertices[static_cast<std::size_t>(faces_.corners(nearest_)[0])];
-  std::array<std::uint64_t, kVerticesMax / 64> sets{};
-  for (std::size_t i = 0; i < marked_count_; ++i) {
-    for (const std::int32_t v : faces_.corners(marked_[i])) {
-      sets[static_cast<std::size_t>(v >> 6)] |= std::uint64_t{1} << (v & 63);
+  Set vertices{};
+  for_each(by_corners_, [&](std::size_t f) {
+    for (const std::int32_t v : faces_.corners(f)) {
+      vertices[static_cast<std::size_t>(v) / 64] |= std::uint64_t{1} << (v & 63);
     }
-  }
-  for (std::size_t k = 0; k < sets.size(); ++k) {
-    for (std::uint64_t set = sets[k]; set != 0; set &= set - 1) {
-      try_vertex(64 * k + static_cast<std::size_t>(std::countr_zero(set)));
-    }
-  }
+  });
+  for_each(vertices, [this](std::size_t v) { try_vertex(v); });
 }
 
 Vector RevolvedSearch::unit_across_axis(const Vector& d) const {
@@ -293,17 +301,16 @@ void RevolvedSearch::try_vertex(std::size_t v) {
 }
 
 void RevolvedSearch::try_edges() {
-  for (std::size_t i = 0; i < marked_count_; ++i) {
-    const std::size_t f = marked_[i];
+  for_each(by_edges_, [this](std::size_t f) {
     const auto beyond = faces_.beyond(f);
     const Vector deepest = behind_[f].deepest;
     for (std::size_t k = 0; k < beyond.size(); ++k) {
       const auto g = static_cast<std::size_t>(beyond[k]);
       const double f_at_g = faces_.offsets[g] - faces_.normals[g].dot(deepest);
       if (f_at_g >= best_.overlap - kSure_m) continue;
-      if (g > f || !(inside_[g] < mark_)) try_edge(f, g, k, f_at_g);  // else seen from there
+      if (g > f || !has(by_edges_, g)) try_edge(f, g, k, f_at_g);  // else seen from there
     }
-  }
+  });
 }
 
 /// The edge of face f at place k, with face g beyond: by bounds first, as in edge_arc.cpp.

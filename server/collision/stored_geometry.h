@@ -101,9 +101,9 @@ struct ConvexHull {
   Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< m, of the box that holds it
   Vector centre = Vector::Zero();                         ///< m, mean of the vertices
   double inner_radius = 0;  ///< m, of a ball about `centre` that the hull holds
-  /// The normals of the faces at any vertex are all within the angle with this cosine of some
-  /// direction. 0: not all.
-  double vertex_cosine = 0;
+  /// Of each face: the normals of all faces at any of its corners are within the angle with this
+  /// cosine of some direction, 0: not all; and those of the two faces at any of its edges.
+  std::vector<double> corner_cosines, edge_cosines;
 
   std::size_t face_count() const { return first.size() - 1; }
   std::span<const std::int32_t> face(std::size_t f) const {

@@ -1,10 +1,13 @@
 // What became of the energy and momentum of the bodies in contact: contact_balance.h.
+#include <algorithm>
+
 #include "server/dynamics/contact/body_lines.h"
 
 namespace cradle {
 
 void BodyLines::take_means(double h) {
-  means_ = velocities_;
+  if (means_.size() < lines_) means_.resize(velocities_.size());
+  std::copy_n(velocities_.begin(), lines_, means_.begin());
   for (std::int32_t line = 0; line < moving_; ++line) {
     const State& state = at(states_, line);
     BodyLine& mean = at(means_, line);

@@ -18,23 +18,13 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   const std::int32_t still = moving_ + driven_;
   line_of_slot_.assign(bodies.x.size(), still);
   wastes_ = moving_ / kBlockLanes + kBlockKinds;
-  velocities_.resize(static_cast<std::size_t>(still + 1 + wastes_));
-  motions_.resize(velocities_.size());
-  struck_.resize(velocities_.size());
-  std::fill(velocities_.begin() + moving_, velocities_.end(), BodyLine{});
-  std::fill(motions_.begin() + moving_, motions_.end(), BodyLine{});
-  std::fill(struck_.begin() + moving_, struck_.end(), std::uint8_t{0});
-  if (states_.size() < moving()) states_.resize(moving());
-  if (turnings_.size() < moving()) turnings_.resize(moving());
-  loads_.resize(moving());
-  begins_.resize(moving());
+  make_room();
   const auto enter = [&](std::int32_t line, std::int32_t slot) {
     const auto i = static_cast<std::size_t>(slot);
     line_of_slot_[i] = line;
     v(line) = bodies.v[i];
     w(line) = bodies.w[i];
   };
-  frees_.resize(moving());
   for_moving([&](std::int32_t begin, std::int32_t end) {
     std::fill(velocities_.begin() + begin, velocities_.begin() + end, BodyLine{});
     std::fill(motions_.begin() + begin, motions_.begin() + end, BodyLine{});
@@ -52,6 +42,26 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   for (std::int32_t k = 0; k < driven_; ++k) {
     enter(moving_ + k, tick.driven[static_cast<std::size_t>(k)]);
   }
+}
+
+/// For all lines, of which those that do not yield begin with zeros. Batches differ in size: what
+/// one of them has no use for is not given up, or else the next one would have to fill it again.
+void BodyLines::make_room() {
+  const auto grow = [](auto& all, std::size_t size) {
+    if (all.size() < size) all.resize(size);
+  };
+  lines_ = static_cast<std::size_t>(moving_ + driven_ + 1 + wastes_);
+  const auto clear_still = [&](auto& all) {
+    grow(all, lines_);
+    std::fill(all.begin() + moving_, all.begin() + static_cast<std::ptrdiff_t>(lines_),
+              typename std::decay_t<decltype(all)>::value_type{});
+  };
+  clear_still(velocities_);
+  clear_still(motions_);
+  clear_still(struck_);
+  grow(states_, moving());
+  grow(turnings_, moving());
+  for (std::vector<BodyLine>* all : {&loads_, &begins_, &frees_}) grow(*all, moving());
 }
 
 void BodyLines::begin_line(std::int32_t line, const Matrix& inverse_inertia_W) {

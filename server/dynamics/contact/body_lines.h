@@ -97,7 +97,7 @@ class BodyLines {
   std::int32_t waste(std::size_t block) const {
     return moving_ + driven_ + 1 + static_cast<std::int32_t>(block) % wastes_;
   }
-  std::size_t lines() const { return velocities_.size(); }
+  std::size_t lines() const { return lines_; }
   std::size_t moving() const { return static_cast<std::size_t>(moving_); }
   bool tumbles(std::int32_t line) const {
     return yields(line) && states_[static_cast<std::size_t>(line)].tumbles;
@@ -175,6 +175,7 @@ class BodyLines {
   void for_moving(const F& f) {
     executor_->for_ranges(moving_, kLinesWorthAThread, f);
   }
+  void make_room();
   void begin_line(std::int32_t line, const Matrix& inverse_inertia_W);
   void note_if_any_is_struck();
   /// By a change that a load would not make in `smooth_s` seconds.
@@ -198,6 +199,7 @@ class BodyLines {
   BodyArrays bodies_;
   Executor* executor_ = &serial_executor;
   std::int32_t moving_ = 0, driven_ = 0, wastes_ = 1;
+  std::size_t lines_ = 0;  // of velocities_, motions_ and struck_, which may have room for more
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;
   std::vector<Turning> turnings_;

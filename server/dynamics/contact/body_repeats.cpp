@@ -25,7 +25,7 @@ void BodyLines::find_struck(double h, double smooth_factor) {
 }
 
 void BodyLines::begin_repeats() {
-  repeats_.resize(velocities_.size());
+  if (repeats_.size() < velocities_.size()) repeats_.resize(velocities_.size());
   for_moving([&](std::int32_t begin, std::int32_t end) {
     std::fill(repeats_.begin() + begin, repeats_.begin() + end, BodyLine{});
   });

@@ -42,10 +42,12 @@ double bearable_motion(const Manifold& manifold, double reach);
 /// m: the most that it is for manifolds with points.
 double most_bearable_motion(double reach);
 
-KeptManifold keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB);
+/// Into `kept`; zeros for points that there are not.
+void keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB, KeptManifold& kept);
 
-/// The manifold of `count` points at other poses.
-Manifold posed(const KeptManifold& kept, int count, const Pose& X_WA, const Pose& X_WB);
+/// Into `manifold`: that of `count` points at other poses.
+void pose(const KeptManifold& kept, int count, const Pose& X_WA, const Pose& X_WB,
+          Manifold& manifold);
 
 /// m: no point within `reach` of Bo goes farther than this from one pose to the other.
 inline double motion(const Pose& from, const Pose& to, double reach) {

@@ -1,6 +1,7 @@
 /// The result of the narrow phase: where and how two shapes touch, or are about to.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,15 @@ struct Manifold {
   /// to rely on. Without: a separation that the shapes have at least; 0: not known.
   double lead = 0;
   std::array<ContactPoint, kManifoldPoints> points;
+
+  /// A copy of what is used: most pairs have no points.
+  void copy_used(const Manifold& from) {
+    part = from.part;
+    normal_W = from.normal_W;
+    count = from.count;
+    lead = from.lead;
+    std::copy_n(from.points.begin(), count, points.begin());
+  }
 };
 
 /// Takes the manifolds of pairs as they are made, in any order.

@@ -72,8 +72,10 @@ bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, doubl
     pair.margin_m = margin;
     return false;
   }
-  manifold = posed(manifolds_[static_cast<std::size_t>(pair.place)], static_cast<int>(pair.count),
-                   X_WA, X_WB);
+  manifold.count = 0;
+  if (pair.count == 0) return true;
+  pose(manifolds_[static_cast<std::size_t>(pair.place)], static_cast<int>(pair.count), X_WA, X_WB,
+       manifold);
   return true;
 }
 
@@ -99,7 +101,7 @@ void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double 
   pair.count = made.count;
   pair.until_m += bears;
   if (made.count == 0 || !(bears > 0)) return;  // nothing to remember, or not for long
-  manifolds_[static_cast<std::size_t>(pair.place)] = cradle::keep(made, X_WA, X_WB);
+  cradle::keep(made, X_WA, X_WB, manifolds_[static_cast<std::size_t>(pair.place)]);
 }
 
 void PairMemory::take_up(std::span<const std::int64_t> ids) {

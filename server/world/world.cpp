@@ -199,7 +199,7 @@ class Narrow final : public MadeManifolds {
   void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
-    s_.manifolds[k] = made;
+    s_.manifolds[k].copy_used(made);
     s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made);
   }
 

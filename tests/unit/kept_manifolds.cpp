@@ -282,12 +282,14 @@ TEST_CASE("a manifold bears the motion that it says, between any two shapes") {
     const double motion_m = bearable_motion(made, reach);
     if (made.count == 0) return;
     if (!(motion_m > 0)) return void(++given_up);
-    const KeptManifold kept = keep(made, pair.X_WA, pair.X_WB);
+    KeptManifold kept;
+    keep(made, pair.X_WA, pair.X_WB, kept);
     for (int k = 0; k < 8; ++k) {
       const Pair moved = moved_by(pair, 0.999 * motion_m, reach, random);
       REQUIRE(motion(pair.X_WB, moved.X_WB, reach) < motion_m);
       const Manifold fresh = moved.collide(kMargin);
-      const Manifold now = posed(kept, made.count, moved.X_WA, moved.X_WB);
+      Manifold now;
+      pose(kept, made.count, moved.X_WA, moved.X_WB, now);
       if (fresh.count == 0) continue;  // beyond the margin
       ++held;
       turned += !(now.normal_W.dot(fresh.normal_W) > std::cos(0.01));

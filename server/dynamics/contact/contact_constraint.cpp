@@ -45,13 +45,13 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.inverse_mass_B = bodies.inverse_mass[B];
   c.inverse_inertia_A = place_A.inverse_inertia_W;
   c.inverse_inertia_B = place_B.inverse_inertia_W;
-  c.turn_A = c.turn_B = Rotation::Identity();
+  if (c.is_ahead) c.turn_A = c.turn_B = Rotation::Identity();
   c.is_ahead = false;
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
   c.torque = Vector::Zero();
   c.stiffness = 1;
   c.carrying = 0;
-  c.is_met = c.is_known = false;
+  c.is_met = c.is_known = c.has_rested = false;
   tangents(c.n, c.t1, c.t2);
   c.count = manifold.count;
   const Vector aside = to_undeformed(c, manifold);
@@ -85,13 +85,14 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
 void look_at(ContactConstraint& c) {
   c.press = 0;
   c.carrying = 0;
-  c.is_met = false;
+  c.is_met = c.has_rested = false;
   c.deepest_m = 0;
   const double yields = c.inverse_mass_A + c.inverse_mass_B;
   for (const ConstraintPoint& p : c.used()) {
     c.press = std::max(c.press, p.press);
     c.carrying += p.force * yields > kNoLoad ? 1 : 0;
     c.is_met |= p.s0 <= 0;
+    c.has_rested |= p.rest_m != 0 || p.rest_load != 0;
     c.deepest_m = std::max(c.deepest_m, -p.s0);
   }
 }

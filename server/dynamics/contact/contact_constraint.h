@@ -79,29 +79,33 @@ struct ConstraintPoint {
   double gap(double give) const { return s0 - rest_m - give * rest_load; }
 };
 
-struct ContactConstraint {
+/// What all passes over constraints look at comes first, and what few ask for last: there are more
+/// of them than a cache holds.
+struct alignas(64) ContactConstraint {
   std::int32_t a = 0, b = 0;  ///< slots
-  std::uint64_t part = 0;     ///< as in the manifold
-  Vector n, t1, t2;
+  int count = 0;
+  int carrying = 0;         ///< points with a force at the tick's start
+  bool is_ahead = false;    ///< the arms hold for other attitudes than those of the tick's start
+  bool is_met = false;      ///< a point without a gap there
+  bool is_known = false;    ///< there was one like it in the tick before
+  bool has_rested = false;  ///< a point may have a `rest_m` or `rest_load` other than 0
+  double press = 0;         ///< m/s^2: the largest of its points at the tick's start
+  double tolerance_m = 0;   ///< what it may sink in by; 0: the tick's
+  double stiffness = 1;     ///< see softness.h
+  double deepest_m = 0;     ///< overlap of its points at the tick's start
+  double restitution = 0;
+  double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
+  double friction = 0;
+  std::uint64_t part = 0;                         ///< as in the manifold
   double inverse_mass_A = 0, inverse_mass_B = 0;  ///< 1/kg
+  Vector n, t1, t2;
+  std::array<ConstraintPoint, kManifoldPoints> points;
   /// 1/(kg m^2), in W, at the attitudes for which the arms hold.
   Matrix inverse_inertia_A, inverse_inertia_B;
-  /// From the attitudes at the tick's start to those for which the arms hold, if these are others.
+  Vector torque = Vector::Zero();  ///< N m, in W, on B: of these two
+  /// From the attitudes at the tick's start to those for which the arms hold; none unless
+  /// `is_ahead`.
   Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
-  bool is_ahead = false;  ///< they are others
-  double friction = 0;
-  double restitution = 0;
-  double tolerance_m = 0;                 ///< what it may sink in by; 0: the tick's
-  double stiffness = 1;                   ///< see softness.h
-  double press = 0;                       ///< m/s^2: the largest of its points at the tick's start
-  int carrying = 0;                       ///< points with a force there
-  double deepest_m = 0;                   ///< overlap of its points there
-  bool is_met = false;                    ///< a point without a gap there
-  bool is_known = false;                  ///< there was one like it in the tick before
-  double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
-  Vector torque = Vector::Zero();         ///< N m, in W, on B: of these two
-  int count = 0;
-  std::array<ConstraintPoint, kManifoldPoints> points;
 
   bool turns_heavily() const { return rolling_m > 0 || torsional_m > 0; }
   std::span<ConstraintPoint> used() { return {points.data(), static_cast<std::size_t>(count)}; }
@@ -132,7 +136,8 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);
 
-/// What is known of a constraint at a glance: press, carrying, is_met. Once its forces are set.
+/// What is known of a constraint at a glance: press, carrying, is_met, deepest_m, has_rested. Once
+/// its forces are set.
 void look_at(ContactConstraint& c);
 
 /// K of each point.

@@ -401,10 +401,7 @@ class SoftStep final : public SoftSolver {
     has_moved_.resize(chosen.size());
     for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
       ContactConstraint& c = *chosen[k];
-      has_moved_[k] = 0;
-      for (std::size_t i = 0; i < c.used().size(); ++i) {
-        has_moved_[k] |= c.points[i].rest_m != 0 || c.points[i].rest_load != 0;
-      }
+      has_moved_[k] = c.has_rested ? 1 : 0;
       if (has_moved_[k] == 0) return;
       for (std::size_t i = 0; i < c.used().size(); ++i) {
         ConstraintPoint& p = c.points[i];

@@ -183,6 +183,7 @@ void HandOver::freeze(ContactConstraint& c) {
     p.rest_m = lies ? p.s0 : std::min(p.s0, 0.0);
     p.rest_load = p.K_normal * p.force;
   }
+  c.has_rested = true;
 }
 
 void HandOver::freeze(const Island& island) {

@@ -104,6 +104,7 @@ class BodyLines {
   }
 
   /// Kinematic: moves, and does not yield.
+  bool has_driven() const { return driven_ > 0; }
   bool is_driven(std::int32_t line) const { return line >= moving_ && line < moving_ + driven_; }
   /// Of a contact with a kinematic body, the arm from that one's centre to where the contact is by
   /// now, as far as the kinematic body spins about the normal n: a contact goes along with the body

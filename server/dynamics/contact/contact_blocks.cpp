@@ -13,7 +13,6 @@ struct Kind {
   bool joint;
 };
 constexpr Kind kKinds[] = {{1, false}, {2, false}, {4, false}, {2, true}, {4, true}};
-constexpr int kFillsWorthAThread = 16;   // of a tenth of a microsecond each
 constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
 constexpr std::int32_t kGroupsAColour = kBlockKinds;
 static_assert(std::size(kKinds) == kBlockKinds);
@@ -61,8 +60,8 @@ void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
   std::fill_n(block.source, kBlockLanes, -1);
 }
 
-void fill(ContactBlock& block, int lane, const ContactConstraint& c, double h,
-          const BodyLines& bodies, std::int32_t waste) {
+void fill_lane(ContactBlock& block, int lane, const ContactConstraint& c, const Softness& soft,
+               double h, const BodyLines& bodies, std::int32_t waste) {
   const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
   block.a[lane] = a;
   block.b[lane] = b;
@@ -79,7 +78,6 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, double h,
   block.inverse_mass_A[lane] = c.inverse_mass_A;
   block.inverse_mass_B[lane] = c.inverse_mass_B;
   block.friction[lane] = c.friction;
-  const Softness soft = softness_of(c.stiffness, h);
   block.mass_scale[lane] = soft.mass_scale;
   block.impulse_scale[lane] = soft.impulse_scale;
   block.bias_rate[lane] = soft.bias_rate;
@@ -99,16 +97,6 @@ void fill(ContactBlock& block, int lane, const ContactConstraint& c, double h,
   for (Row* row : {&block.u[3], &block.v[3], &block.s0[3], &block.s[3], &block.yields[3],
                    &block.lambda[3], &block.lambda_1[3], &block.lambda_2[3]}) {
     (*row)[lane] = 0;
-  }
-}
-
-void take_results(const ContactBlock& block, int lane, double h, ContactConstraint& c) {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-    ConstraintPoint& p = c.points[i];
-    p.s = block.s[i][lane];
-    p.force = block.lambda[i][lane] / h;
-    p.force_t = {block.lambda_1[i][lane] / h, block.lambda_2[i][lane] / h};
-    p.K_normal = 1 / block.yields[i][lane];
   }
 }
 
@@ -197,22 +185,34 @@ void ContactBlocks::place() {
   }
 }
 
-void ContactBlocks::pack(Executor& executor, std::span<ContactConstraint* const> constraints,
-                         const BodyLines& bodies, double h) {
+void ContactBlocks::find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
+                                const BodyLines& bodies) {
   look_at_all(executor, constraints, bodies);
   count_groups(constraints, bodies);
   make_runs(bodies);
   place();
-  for_each_index(executor, sources_.size(), kFillsWorthAThread, [&](std::size_t k) {
-    const std::size_t block = index(places_[k] / kBlockLanes);
-    fill(blocks_[block], places_[k] % kBlockLanes, *sources_[k], h, bodies, bodies.waste(block));
-  });
+}
+
+/// Block by block, not constraint by constraint: these are smaller, and less is written elsewhere.
+void ContactBlocks::fill(ContactBlock& block, const BodyLines& bodies, double h) {
+  const std::int32_t waste = bodies.waste(static_cast<std::size_t>(&block - blocks_.data()));
+  const Softness common = softness_of(1, h);
+  for (int lane = 0; lane < kBlockLanes; ++lane) {
+    if (block.source[lane] < 0) continue;
+    const ContactConstraint& c = *sources_[index(block.source[lane])];
+    const Softness soft = c.stiffness == 1 ? common : softness_of(c.stiffness, h);
+    fill_lane(block, lane, c, soft, h, bodies, waste);
+  }
+}
+
+void ContactBlocks::note_places(const BodyLines& bodies) {
   turning_.clear();
   for (const std::size_t k : heavy_) {
     ContactBlock& block = blocks_[index(places_[k] / kBlockLanes)];
     turning_.push_back({sources_[k], &block, places_[k] % kBlockLanes});
   }
   driven_.clear();
+  if (!bodies.has_driven()) return;
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     if (pairs_[k].a >= 0 && pairs_[k].b >= 0) continue;
     const std::int32_t place = places_[k];
@@ -270,11 +270,15 @@ void ContactBlocks::scale_struck(Executor& executor, const ContactKernels& kerne
   });
 }
 
-void ContactBlocks::unpack(Executor& executor, double h) const {
-  for_each_index(executor, sources_.size(), kFillsWorthAThread, [&](std::size_t k) {
-    take_results(blocks_[index(places_[k] / kBlockLanes)], places_[k] % kBlockLanes, h,
-                 *sources_[k]);
-  });
+void ContactBlocks::take_results(const ContactBlock& block, int lane, double h,
+                                 ContactConstraint& c) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
+    ConstraintPoint& p = c.points[i];
+    p.s = block.s[i][lane];
+    p.force = block.lambda[i][lane] / h;
+    p.force_t = {block.lambda_1[i][lane] / h, block.lambda_2[i][lane] / h};
+    p.K_normal = 1 / block.yields[i][lane];
+  }
 }
 
 }  // namespace cradle

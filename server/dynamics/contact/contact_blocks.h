@@ -23,9 +23,24 @@ struct PlacedContact {
 class ContactBlocks {
  public:
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
-  /// another. `h`: the sub-step, s.
+  /// another. `h`: the sub-step, s. Calls `filled(run)` for each block alone, side by side, while
+  /// it is at hand.
+  template <class F>
   void pack(Executor& executor, std::span<ContactConstraint* const> constraints,
-            const BodyLines& bodies, double h);
+            const BodyLines& bodies, double h, const F& filled) {
+    find_places(executor, constraints, bodies);
+    in_any_order(executor, [&](const BlockRun& run) {
+      for (ContactBlock& block : blocks_of(run)) {
+        fill(block, bodies, h);
+        filled(BlockRun{&block, 1, run.points, run.joint});
+      }
+    });
+    note_places(bodies);
+  }
+  void pack(Executor& executor, std::span<ContactConstraint* const> constraints,
+            const BodyLines& bodies, double h) {
+    pack(executor, constraints, bodies, h, [](const BlockRun&) {});
+  }
   /// Arms of contacts with kinematic bodies that spin: to where the contacts are by now.
   void follow_driven(const BodyLines& bodies);
   /// The warm start of contacts of struck bodies alone.
@@ -33,8 +48,24 @@ class ContactBlocks {
   /// Leaves of their impulses this part, by island.
   void scale_struck(Executor& executor, const ContactKernels& kernels,
                     std::span<const double> shares, const BodyLines& bodies);
-  /// The forces of the last sub-step, separations and effective masses.
-  void unpack(Executor& executor, double h) const;
+  /// The forces of the last sub-step, separations and effective masses. Calls `f(part, c)` for each
+  /// constraint when it has them; parts as below.
+  template <class F>
+  void unpack(Executor& executor, double h, const F& f) const {
+    in_parts(executor, [&](std::size_t part, const BlockRun& run) {
+      for (const ContactBlock& block : blocks_of(run)) {
+        for (int lane = 0; lane < kBlockLanes; ++lane) {
+          if (block.source[lane] < 0) continue;
+          ContactConstraint& c = *sources_[static_cast<std::size_t>(block.source[lane])];
+          take_results(block, lane, h, c);
+          f(part, c);
+        }
+      }
+    });
+  }
+  void unpack(Executor& executor, double h) const {
+    unpack(executor, h, [](std::size_t, ContactConstraint&) {});
+  }
 
   /// Calls `f(run)` with parts of all runs: colour after colour, those of one colour side by side.
   template <class F>
@@ -93,6 +124,10 @@ class ContactBlocks {
   static constexpr std::size_t kBlocksAPart = 32;
   static constexpr int kBlocksWorthAThread = 8;  // of up to a tenth of a microsecond each
 
+  static std::span<ContactBlock> blocks_of(const BlockRun& run) {
+    return {run.blocks, static_cast<std::size_t>(run.count)};
+  }
+
   /// A part of the indices is that part of each run: then a thread that has the same part of each
   /// colour has contacts of the same bodies.
   template <class F>
@@ -119,6 +154,11 @@ class ContactBlocks {
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
   void count_groups(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
+  void find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
+                   const BodyLines& bodies);
+  void fill(ContactBlock& block, const BodyLines& bodies, double h);
+  static void take_results(const ContactBlock& block, int lane, double h, ContactConstraint& c);
+  void note_places(const BodyLines& bodies);
   void note_driven(std::size_t block, int lane, const ContactConstraint& c,
                    const BodyLines& bodies);
   void make_runs(const BodyLines& bodies);

@@ -27,6 +27,7 @@
 
 #include "server/dynamics/contact/contact_kernels.h"
 #include "server/dynamics/contact/single_contacts.h"
+#include "server/dynamics/contact/softness.h"
 
 namespace cradle {
 namespace {
@@ -46,12 +47,36 @@ constexpr int kSweepsWithoutPast = 16;
 /// While many are pushed apart: one leaves velocities that throw the last ("overlap by 5 cm").
 constexpr int kSweepsToPart = 2;
 
+/// A load that lasts grows by this factor a tick at most: a blow is none. Weights are felt in full
+/// after a few ticks.
+constexpr double kPressGrowth = 1.5;
+/// And falls by this one, but not to less than kPressExcess times what it is: sub-steps that change
+/// move what rests, which changes loads ("in the plane a stack of ten boxes").
+constexpr double kPressDecay = 0.99;
+constexpr double kPressExcess = 1.1;
+
 constexpr int kConstraintsWorthAThread = 128;  // of some nanoseconds each
 
 int relaxing_sweeps(Past past, int sub_step) {
   if (past == Past::parts) return kSweepsToPart;
   if (past == Past::lasts || (past == Past::changes && sub_step > 0)) return 1;
   return kSweepsWithoutPast;
+}
+
+double press_after(const ConstraintPoint& p) {
+  const double now = p.force * p.K_normal;
+  if (p.press == 0) return now;
+  const double low = std::min(p.press, std::max(kPressDecay * p.press, kPressExcess * now));
+  return std::clamp(now, low, kPressGrowth * p.press);
+}
+
+/// Takes note of what presses; `sag`: the largest so far, m. `give`: of stiffness 1, s^2.
+void press(ContactConstraint& c, double give, double& sag) {
+  for (ConstraintPoint& p : c.used()) {
+    p.press = press_after(p);
+    const double now = p.force * p.K_normal;
+    sag = std::max(sag, give * std::min(p.press, now) / (c.stiffness * c.stiffness));
+  }
 }
 
 SubStep sub_step_of(double h) { return {h, kTolerances.push_speed, kTolerances.push_rate}; }
@@ -87,21 +112,30 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   paid_J_ = impacts_.is_empty() ? 0 : bodies_.pay_debts();
   if (tick.is_balanced) bodies_.end_balance(balance_, tick.dt);
   judge();
-  blocks_.unpack(*executor_, step_.h);
+  take_results(give_of(tick.sub_steps, tick.dt));
   bodies_.finish();
   for (TurningContact& turning : turning_) turning.finish(step_.h);
+}
+
+void SoftBatch::take_results(double give) {
+  sag_m_ = 0;
+  sags_.assign(blocks_.parts(), 0);
+  blocks_.unpack(*executor_, step_.h,
+                 [&](std::size_t part, ContactConstraint& c) { press(c, give, sags_[part]); });
+  for (const double sag : sags_) sag_m_ = std::max(sag_m_, sag);
   for (ContactConstraint* c : singles_) {
     for (ConstraintPoint& p : c->used()) {
       p.force = p.lambda / step_.h;
       p.force_t = p.lambda_t / step_.h;
     }
+    press(*c, give, sag_m_);
   }
 }
 
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  blocks_.pack(*executor_, constraints, bodies_, step_.h);
-  blocks_.in_any_order(*executor_, [this](const BlockRun& run) { kernels_->prepare(run); });
+  blocks_.pack(*executor_, constraints, bodies_, step_.h,
+               [this](const BlockRun& run) { kernels_->prepare(run); });
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
     ContactConstraint& c = *constraints[k];

@@ -34,6 +34,8 @@ class SoftBatch {
   int impacts_ordered() const { return impacts_.ordered(); }
   /// Of the last call: energy that what bounces paid for overlaps that were pushed out.
   double paid_J() const { return paid_J_; }
+  /// Of the last call: the largest that is expected of loads that last, m.
+  double sag_m() const { return sag_m_; }
   /// Of the last call, too.
   const ContactResidual& residual() const { return residual_; }
   const ContactBalance& balance() const { return balance_; }
@@ -46,6 +48,7 @@ class SoftBatch {
   void relax();
   void add_work();
   void judge();
+  void take_results(double give);
 
   const ContactKernels* kernels_ = nullptr;
   Executor* executor_ = nullptr;
@@ -58,7 +61,8 @@ class SoftBatch {
   Impacts impacts_;
   std::vector<ContactWork> works_;  // by part of the blocks
   std::vector<ContactTally> tallies_;
-  double paid_J_ = 0;
+  std::vector<double> sags_;  // m, by part of the blocks
+  double paid_J_ = 0, sag_m_ = 0;
   ContactResidual residual_;
   ContactBalance balance_;
 };

@@ -4,16 +4,16 @@
 // A contact at rest sinks in until its spring carries its load: s = a / omega^2, with a the
 // acceleration that the load would give to the contact's effective mass, and omega = 2 pi c / h
 // (soft_batch.cpp). For s <= tolerance:  n = dt / (2 pi c) sqrt(a / tolerance).
-// Loads are those of the tick before, as far as they last: see `press_after`. In an island that
-// moves, nobody sees what contacts sink in if it is less than the way of its bodies in the tick:
-// that much is allowed there, too. Two contacts in a thousand of an island are not asked, and one
-// in twenty may be made stiffer by up to two instead (softness.h): sag falls as the square of
-// stiffness, as it does of sub-steps. On terrain with 3000 bodies the most loaded contacts ask for
-// 24 to 32 where 10 to 16 do for the others. Islands with equal numbers go through the tick side by
-// side, apart from those that relax by more than one sweep, because what they carry is not known
-// (find_pasts), and those that rest (settling.h). Source:
-// measured sag, within 1 % of the law for stacks and heavy bodies on light ones; the numbers are
-// rounded up to a few, so that lanes are filled.
+// Loads are those of the tick before, as far as they last: see `press_after` (soft_batch.cpp). In
+// an island that moves, nobody sees what contacts sink in if it is less than the way of its bodies
+// in the tick: that much is allowed there, too. Two contacts in a thousand of an island are not
+// asked, and one in twenty may be made stiffer by up to two instead (softness.h): sag falls as the
+// square of stiffness, as it does of sub-steps. On terrain with 3000 bodies the most loaded
+// contacts ask for 24 to 32 where 10 to 16 do for the others. Islands with equal numbers go through
+// the tick side by side, apart from those that relax by more than one sweep, because what they
+// carry is not known (find_pasts), and those that rest (settling.h). Source: measured sag, within 1
+// % of the law for stacks and heavy bodies on light ones; the numbers are rounded up to a few, so
+// that lanes are filled.
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
@@ -45,14 +45,6 @@ constexpr int kContactsPerExcused = 500;
 constexpr int kContactsPerStiff = 20;
 constexpr double kStiffest = 2;
 constexpr double kWorthIt = 0.75;
-
-/// A load that lasts grows by this factor a tick at most: a blow is none. Weights are felt in full
-/// after a few ticks.
-constexpr double kPressGrowth = 1.5;
-/// And falls by this one, but not to less than kPressExcess times what it is: sub-steps that change
-/// move what rests, which changes loads ("in the plane a stack of ten boxes").
-constexpr double kPressDecay = 0.99;
-constexpr double kPressExcess = 1.1;
 
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
 /// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
@@ -364,35 +356,32 @@ class SoftStep final : public SoftSolver {
     tick.islands_count = islands_.count();
     tick.resting = part(resting_, batch.moving, batch.moving_end);
     const double give = give_of(tick.sub_steps, tick.dt);
-    if (batch.past != Past::rests) {
+    double sag_m = 0;
+    if (batch.past == Past::rests) {
+      sag_m = sag_at_rest(chosen, give);
+    } else {
       set_gaps(*tick.executor, chosen, give);
       batch_.advance(tick, arrays, inverse_inertia_W, chosen, batch.past);
       reset_gaps(*tick.executor, chosen);
       add_batch(tick.sub_steps, tick.moving.size());
+      sag_m = batch_.sag_m();
     }
     SubStepChoice& choice = choice_of(tick.sub_steps);
     choice.islands += batch.islands;
     choice.bodies += static_cast<int>(tick.moving.size());
-    choice.sag_m = std::max(choice.sag_m, press(*tick.executor, chosen, give, batch.past));
+    choice.sag_m = std::max(choice.sag_m, sag_m);
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
   }
 
-  /// Takes note of what presses; the largest sag, m.
-  double press(Executor& executor, std::span<ContactConstraint* const> chosen, double give,
-               Past past) {
-    sags_.assign(chunks_of(chosen.size(), kChunk), 0);
-    const auto press_one = [&](ContactConstraint& c, double& sag) {
-      for (ConstraintPoint& p : c.used()) {
-        if (past != Past::rests) p.press = press_after(p);
-        const double now = past != Past::rests ? p.force * p.K_normal : p.press;
-        sag = std::max(sag, give * std::min(p.press, now) / (c.stiffness * c.stiffness));
+  /// The largest sag, m, of what stays as it is.
+  static double sag_at_rest(std::span<ContactConstraint* const> chosen, double give) {
+    double sag = 0;
+    for (const ContactConstraint* c : chosen) {
+      for (const ConstraintPoint& p : c->used()) {
+        sag = std::max(sag, give * p.press / (c->stiffness * c->stiffness));
       }
-    };
-    for_chunks(executor, chosen.size(), kChunk,
-               [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                 for (std::size_t k = begin; k < end; ++k) press_one(*chosen[k], sags_[chunk]);
-               });
-    return sags_.empty() ? 0 : std::ranges::max(sags_);
+    }
+    return sag;
   }
 
   /// What has been at rest elsewhere than the surfaces touch is so for the sub-steps, too.
@@ -441,13 +430,6 @@ class SoftStep final : public SoftSolver {
     return choice;
   }
 
-  static double press_after(const ConstraintPoint& p) {
-    const double now = p.force * p.K_normal;
-    if (p.press == 0) return now;
-    const double low = std::min(p.press, std::max(kPressDecay * p.press, kPressExcess * now));
-    return std::clamp(now, low, kPressGrowth * p.press);
-  }
-
   ContactReport report_;
   TickIslands islands_;
   SoftBatch batch_;
@@ -470,7 +452,6 @@ class SoftStep final : public SoftSolver {
   std::vector<double> gives_;   // s^2, by island
   std::vector<std::array<double, kManifoldPoints>> gaps_;  // m, of a batch: s0 of its points
   std::vector<std::uint8_t> has_moved_;                    // likewise: some s0 are others
-  std::vector<double> sags_;                               // m, of a batch, in parts
   std::vector<Batch> batches_;
   std::vector<std::size_t> batch_of_;  // by island
   // Sorted by batch.

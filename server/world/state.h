@@ -101,6 +101,7 @@ struct World::State {
   Loads loads;
   std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them
+  bool has_composites = false;             ///< among them
   std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
   std::vector<Aabb> boxes;                 ///< of colliders, in their order; not of balls apart
@@ -142,6 +143,7 @@ struct World::State {
   FlightArrays flight_arrays();
 
   bool is_composite(const BodyPair& pair) const {
+    if (!has_composites) return false;
     return cradle::is_composite(bodies.shape[static_cast<std::size_t>(pair.a)].kind) ||
            cradle::is_composite(bodies.shape[static_cast<std::size_t>(pair.b)].kind);
   }

@@ -93,11 +93,13 @@ void World::Steps::list_colliders(State& s) {
   s.colliders.clear();
   s.collider_ids.clear();
   s.half_spaces.clear();
+  s.has_composites = false;
   s.reaches.resize(s.bodies.size());
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     const ShapeKind kind = s.bodies.shape[i].kind;
     if (kind != ShapeKind::none && s.can_collide(kind)) {
       s.reaches[i] = s.reach(i);
+      s.has_composites |= is_composite(kind);
       if (kind == ShapeKind::half_space) {
         s.half_spaces.push_back(static_cast<std::int32_t>(s.colliders.size()));
       }
@@ -184,17 +186,16 @@ class Narrow final : public MadeManifolds {
 
   void find(std::size_t k) {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
-    const Collider A = s_.collider(a), B = s_.collider(b);
     const double margin = s_.margin(s_.pairs[k]);
     if (s_.settings.is_planar) {
-      s_.manifolds[k] = s_.methods().collide(A, B, margin);
+      s_.manifolds[k] = s_.methods().collide(s_.collider(a), s_.collider(b), margin);
       return;
     }
     constexpr std::size_t kAhead = 8;
     if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double path = s_.paths[a] + s_.paths[b], reach = std::min(s_.reaches[a], s_.reaches[b]);
-    if (s_.memory.recall(k, A.X_WB, B.X_WB, path, reach, margin, s_.manifolds[k])) return;
-    fresh_.add(k, A, B, margin, s_.memory.is_slow(k));
+    if (s_.memory.recall(k, s_.poses[a], s_.poses[b], path, reach, margin, s_.manifolds[k])) return;
+    fresh_.add(k, s_.collider(a), s_.collider(b), margin, s_.memory.is_slow(k));
   }
   void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {
@@ -239,6 +240,7 @@ void World::Steps::collide(State& s, Executor& executor) {
 /// The pairs with more than one manifold, none found yet.
 void World::Steps::list_composites(State& s) {
   s.composites_used = 0;
+  if (!s.has_composites) return;
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     if (!s.is_composite(s.pairs[k])) continue;
     s.manifolds[k].count = 0;

@@ -4,11 +4,15 @@
 #include <cradle/limits.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cstdlib>
 #include <numeric>
 #include <set>
+#include <string_view>
 
 #include "server/collision/stored_geometry.h"
+#include "server/collision/tolerances.h"
 
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
@@ -73,11 +77,14 @@ class Qhull {
   Qhull(const Qhull&) = delete;
   Qhull& operator=(const Qhull&) = delete;
 
-  /// The faces as loops of point numbers, counter-clockwise; empty if there is no hull.
-  std::vector<Loop> faces_of(std::vector<double>& coordinates) {
-    char command[] = "qhull Pp";  // Pp: no remarks about precision
+  /// The faces as loops of point numbers, counter-clockwise; empty if there is no hull. Points that
+  /// are outside of all others by `least` and less are no corners.
+  std::vector<Loop> faces_of(std::vector<double>& coordinates, double least) {
+    std::array<char, 64> command{"qhull Pp W"};  // Pp: no remarks about precision
+    std::to_chars(command.data() + std::string_view(command.data()).size(), command.end() - 1,
+                  least);
     const int failed = qh_new_qhull(&qhull_, 3, static_cast<int>(coordinates.size() / 3),
-                                    coordinates.data(), False, command, nullptr, errors_);
+                                    coordinates.data(), False, command.data(), nullptr, errors_);
     std::vector<Loop> faces;
     if (failed != 0) return faces;
     qhT* const qh = &qhull_;  // the name that Qhull's macros want
@@ -184,7 +191,8 @@ MadeGeometry make_hull(std::span<const Vector> points) {
     coordinates.insert(coordinates.end(), centred.back().begin(), centred.back().end());
   }
   Qhull qhull;
-  std::vector<Loop> faces = qhull.faces_of(coordinates);
+  std::vector<Loop> faces =
+      qhull.faces_of(coordinates, kTolerances.corner_by_length * (upper - lower).maxCoeff());
   if (faces.empty()) return {nullptr, "the points have no hull: " + qhull.errors()};
   if (!is_closed(faces, centred)) return {nullptr, "the points have no hull: it is not closed"};
   return {std::make_shared<const StoredGeometry>(StoredGeometry{compact(std::move(faces), points)}),

@@ -186,6 +186,7 @@ void complete(ConvexHull& hull) {
   add_neighbours(hull);
   add_faces_beyond(hull);
   add_cosines(hull);
+  add_panels(hull);
   Vector sum = Vector::Zero();
   for (const Vector& v : hull.vertices) sum += v;
   hull.centre = sum / static_cast<double>(hull.vertices.size());

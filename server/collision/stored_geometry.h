@@ -98,6 +98,10 @@ struct ConvexHull {
   /// 42 about 50 KB.
   std::vector<FourVertices> likely;
   std::vector<FoursOfCell> likely_of;
+  /// Faces that are level with each other and hang together carry as one panel: that of face f is
+  /// panel_of[f], negative: none. Its corners, counter-clockwise, are at the places
+  /// panel_places[panel_first[k] .. panel_first[k + 1]-1] in `loops`.
+  std::vector<std::int32_t> panel_of, panel_places, panel_first = {0};
   Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< m, of the box that holds it
   Vector centre = Vector::Zero();                         ///< m, mean of the vertices
   double inner_radius = 0;  ///< m, of a ball about `centre` that the hull holds
@@ -156,6 +160,9 @@ MadeGeometry make_hull(std::span<const Vector> points);
 
 /// Fills in what follows from vertices and faces.
 void complete(ConvexHull& hull);
+
+/// Of these, the panels; the neighbours of faces must be known.
+void add_panels(ConvexHull& hull);
 
 /// Fills in what follows from vertices and triangles, in O(n log n).
 void complete(TriangleMesh& mesh);

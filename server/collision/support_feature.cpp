@@ -110,22 +110,26 @@ SupportFeature box_face(const Vector& h, const Vector& d) {
   return face;
 }
 
-/// The corners of a hull's face. Of one with more than fit, some are left out, but not `farthest`.
+/// The corners of a hull's face, or of the panel that it is part of. Of more than fit, some are
+/// left out, but not `farthest`.
 SupportFeature face_of_hull(const ConvexHull& hull, std::size_t f, std::int32_t farthest) {
   SupportFeature face;
   face.normal = hull.normals[f];
-  const auto loop = hull.face(f);
+  const std::int32_t panel = hull.panel_of[f];
+  const auto& first = panel < 0 ? hull.first : hull.panel_first;
+  const auto begin = index(first[panel < 0 ? f : index(panel)]);
+  const auto count = index(first[(panel < 0 ? f : index(panel)) + 1]) - begin;
+  const auto place = [&](std::size_t k) {
+    return panel < 0 ? begin + k : index(hull.panel_places[begin + k]);
+  };
   constexpr auto kMost = static_cast<std::size_t>(SupportFeature::kCornersMax);
-  const std::size_t step = (loop.size() + kMost - 1) / kMost;
+  const std::size_t step = (count + kMost - 1) / kMost;
   std::size_t start = 0;
-  if (step > 1) {
-    start = static_cast<std::size_t>(std::find(loop.begin(), loop.end(), farthest) - loop.begin());
-  }
-  for (std::size_t i = 0; i < loop.size(); i += step) {
-    const std::size_t k = (start + i) % loop.size();
-    const auto place = index(hull.first[f]) + k;
-    face.add(hull.vertices[index(loop[k])], static_cast<std::uint32_t>(loop[k]),
-             static_cast<std::uint32_t>(hull.edge_at[place]));
+  while (step > 1 && start < count && hull.loops[place(start)] != farthest) ++start;
+  for (std::size_t i = 0; i < count; i += step) {
+    const std::size_t k = place((start + i) % count);
+    face.add(hull.vertices[index(hull.loops[k])], static_cast<std::uint32_t>(hull.loops[k]),
+             static_cast<std::uint32_t>(hull.edge_at[k]));
   }
   return face;
 }

@@ -64,6 +64,14 @@ struct CollisionTolerances {
   /// that far from touching. Test of these two: "kept manifolds are as good as fresh ones".
   double kept_margin_m = 1e-3;
 
+  /// Sine of the angle between two faces of a hull up to which they carry as one (0.0006 degrees):
+  /// noise of the corners bends a face by less. Test: "a hull of noisy corners carries".
+  double level_sine = 1e-5;
+
+  /// Of a hull's length. Points that are outside of all others by less are no corners of it: the
+  /// edges between such would point anywhere. Test: "a hull of noisy corners carries".
+  double corner_by_length = 1e-9;
+
   /// Sine of the angle between two triangles of a surface up to which their edge is flat (0.006
   /// degrees): digits of typed coordinates bend a plane by less, and a ball of the most triangles
   /// that a mesh may have bends more. Test: "a body slides over a flat mesh without a bump".

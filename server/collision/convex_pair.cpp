@@ -123,8 +123,8 @@ void remove_wrong_guesses(const ConvexPair& pair, const Matrix& T, double slack,
 }
 
 /// The points of the manifold, in F: the deepest has the separation s, none is deeper.
-void find_contacts(const ConvexPair& pair, const SupportFeature& A, const SupportFeature& B,
-                   const Matrix& T, const Vector& p_A, double s, FeatureContacts& contacts) {
+void find_contacts(const ConvexPair& pair, SupportFeature& A, SupportFeature& B, const Matrix& T,
+                   const Vector& p_A, double s, FeatureContacts& contacts) {
   const double scale = std::min(
       1.0, std::min(pair.A.thickness, pair.B.thickness) / kTolerances.nominal_half_extent_m);
   const double slack = scale * kTolerances.clip_slack_m;

@@ -157,6 +157,69 @@ class Clipper {
   std::array<std::array<double, kMost>, kMost> outside_;
 };
 
+/// Of a disc in F.
+Vector middle_of(const SupportFeature& disc) { return 0.5 * (disc.corners[0] + disc.corners[4]); }
+
+/// Adds the ends of the part of a line that is over a disc: of the disc itself, not of its octagon.
+void overlap_line_and_disc(const SupportFeature& line, const SupportFeature& disc, bool disc_is_A,
+                           double slack, FeatureContacts& contacts) {
+  const Vector &p = line.corners[0], &q = line.corners[1], &n = disc.normal;
+  const Vector c = middle_of(disc);
+  const double r = (disc.corners[0] - c).norm() + slack;
+  const auto onto_disc = [&](const Vector& at) {  // along z
+    return Vector(at.x(), at.y(), at.z() - n.dot(at - c) / n.z());
+  };
+  const Vector from = onto_disc(p) - c, way = onto_disc(q) - onto_disc(p);
+  const double a = way.squaredNorm(), b = from.dot(way),
+               root2 = b * b - a * (from.squaredNorm() - r * r);
+  if (!(a > 0 && root2 >= 0)) return;
+  const double root = std::sqrt(root2);
+  const double enter = (-b - root) / a, leave = (-b + root) / a;
+  if (!(enter <= 1 && leave >= 0)) return;
+  const auto add = [&](double t, bool is_end, std::size_t end, std::size_t side) {
+    const Vector at = p + t * (q - p), on = onto_disc(at);
+    if (!is_end)
+      contacts.steepness = std::max(contacts.steepness, std::abs(q.z() - p.z()) * r / root);
+    const std::uint32_t mine = line.edge_names[0], rim = disc.edge_names[side];
+    const std::uint32_t name = is_end      ? name_corner(disc_is_A, line.corner_names[end])
+                               : disc_is_A ? name_crossing(rim, mine)
+                                           : name_crossing(mine, rim);
+    contacts.add(at.x(), at.y(), disc_is_A ? on.z() : at.z(), disc_is_A ? at.z() : on.z(), name);
+  };
+  add(std::max(enter, 0.0), enter <= 0, 0, 0);
+  add(std::min(leave, 1.0), leave >= 1, 1, 4);
+}
+
+/// Turns the octagon of a level disc so that a corner is where the other feature is nearest to its
+/// middle: else what just reaches over the rim might miss it.
+void turn_to(SupportFeature& disc, const SupportFeature& other) {
+  const Vector c = middle_of(disc);
+  Vector nearest = other.corners[0];
+  double least = std::numeric_limits<double>::infinity();
+  bool is_inside = other.count > 2;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(other.count); ++k) {
+    const Vector& p = other.corners[k];
+    const Vector& q = other.corners[k + 1 < static_cast<std::size_t>(other.count) ? k + 1 : 0];
+    const Vector way = q - p, to_c = c - p;
+    const double length2 = way.head<2>().squaredNorm();
+    const double t =
+        length2 > 0 ? std::clamp(to_c.head<2>().dot(way.head<2>()) / length2, 0.0, 1.0) : 0;
+    const double distance = (to_c - t * way).head<2>().norm();
+    if (distance < least) least = distance, nearest = p + t * way;
+    is_inside = is_inside && other.normal.z() * cross(way.x(), way.y(), to_c.x(), to_c.y()) > 0;
+  }
+  const Vector from = disc.corners[0] - c, to = nearest - c;
+  const double lengths = from.head<2>().norm() * to.head<2>().norm();
+  if (is_inside || !(lengths > 0)) return;
+  const double cosine = from.head<2>().dot(to.head<2>()) / lengths;
+  const double sine = cross(from.x(), from.y(), to.x(), to.y()) / lengths;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const Vector d = disc.corners[k] - c;
+    disc.corners[k].x() = c.x() + cosine * d.x() - sine * d.y();
+    disc.corners[k].y() = c.y() + sine * d.x() + cosine * d.y();
+  }
+}
+
 /// What a line of that roundness falls away at `distance` beside it.
 double fall(double roundness, double distance) {
   if (!(roundness > distance)) return distance > 0 ? distance : 0;
@@ -294,11 +357,17 @@ void keep_highest(SupportFeature& feature, double up) {
   }
 }
 
-void overlap_features(const SupportFeature& A, const SupportFeature& B, double slack,
+void overlap_features(SupportFeature& A, SupportFeature& B, double slack,
                       FeatureContacts& contacts) {
   if (A.count < 2 || B.count < 2) return;
+  if (A.is_level) turn_to(A, B);
+  if (B.is_level) turn_to(B, A);
   if (A.count == 2 && B.count == 2) {
     overlap_lines(A, B, slack, contacts);
+  } else if (A.count == 2 && B.is_round) {
+    overlap_line_and_disc(A, B, false, slack, contacts);
+  } else if (B.count == 2 && A.is_round) {
+    overlap_line_and_disc(B, A, true, slack, contacts);
   } else if (A.count == 2) {
     Clipper(Sides(B, -1), false, A, slack, contacts).add_edges();
   } else if (B.count == 2) {

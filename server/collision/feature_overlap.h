@@ -48,8 +48,8 @@ void keep_highest(SupportFeature& feature, double up);
 /// The corners of the area in which the features overlap as seen along z, with the separation
 /// there. Both features are in F; a face of A looks along z, one of B against it. A corner up to
 /// `slack` (m) outside counts as inside. Exact but for that, and for the octagons that stand for
-/// discs.
-void overlap_features(const SupportFeature& A, const SupportFeature& B, double slack,
+/// discs where these meet faces; those of level discs are turned.
+void overlap_features(SupportFeature& A, SupportFeature& B, double slack,
                       FeatureContacts& contacts);
 
 }  // namespace cradle

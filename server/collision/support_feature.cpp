@@ -47,6 +47,7 @@ SupportFeature disc(double r, double z, double side, const Vector& d) {
   face.is_round = true;
   const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
   const bool is_tilted = r * across > kLead_m;
+  face.is_level = !is_tilted;
   const double ex = is_tilted ? d.x() / across : 1, ey = is_tilted ? d.y() / across : 0;
   for (std::size_t i = 0; i < 8; ++i) {
     const double c = kOctagonX[i], s = side * kOctagonY[i];

@@ -21,7 +21,8 @@ struct SupportFeature {
   /// Of an edge, at its two ends: the radius of what it is a line of, m, so that beside the line
   /// the surface falls away as a circle does; 0: sharp.
   std::array<double, 2> roundness = {0, 0};
-  bool is_round = false;  ///< a face whose edges are chords of a disc
+  bool is_round = false;  ///< a face whose edges are chords of a disc: corners k and k + 4 opposite
+  bool is_level = false;  ///< a disc of which no point is farthest: its corners may be any
 
   void add(const Vector& p, std::uint32_t corner, std::uint32_t edge) {
     const auto k = static_cast<std::size_t>(count++);

@@ -70,7 +70,7 @@ struct CollisionTolerances {
 
   /// Of a hull's length. Points that are outside of all others by less are no corners of it: the
   /// edges between such would point anywhere. Test: "a hull of noisy corners carries".
-  double corner_by_length = 1e-9;
+  double corner_by_length = 2.5e-10;
 
   /// Sine of the angle between two triangles of a surface up to which their edge is flat (0.006
   /// degrees): digits of typed coordinates bend a plane by less, and a ball of the most triangles

@@ -167,7 +167,7 @@ TEST_CASE("a hull keeps corners alone, however many points lie on its faces") {
 
 TEST_CASE("a compound has solid parts with a density") {
   const auto refusal = [](const CompoundPart& part) { return make_compound({part}).fault; };
-  CompoundPart part{Shape::sphere(1), nullptr, {}, Rotation::Identity(), 1000};
+  CompoundPart part{Shape::sphere(1), nullptr, Vector::Zero(), Rotation::Identity(), 1000};
   CHECK(refusal(part).empty());
   CHECK_THAT(make_compound({}).fault, Contains("no parts"));
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {

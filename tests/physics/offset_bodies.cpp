@@ -288,7 +288,7 @@ TEST_CASE("the hash covers stored geometry, down to a part of a part") {
   };
   const auto two = [](double size, double density) {
     const GeometryPointer hull = make_hull(octahedron_surface(size).vertices).geometry;
-    return make_compound({{Shape::sphere(1), nullptr, {}, Rotation::Identity(), 1000},
+    return make_compound({{Shape::sphere(1), nullptr, Vector::Zero(), Rotation::Identity(), 1000},
                           {{ShapeKind::hull, {}}, hull, {}, Rotation::Identity(), density}})
         .geometry;
   };

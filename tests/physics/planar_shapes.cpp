@@ -211,7 +211,7 @@ TEST_CASE("planar worlds refuse shapes of space, and worlds of space polygons") 
 
   const auto compound = [&](const Shape& shape, const GeometryPointer& geometry, const Vector& p,
                             const Rotation& q) {
-    return make_compound({{Shape::sphere(0.3), nullptr, {}, Rotation::Identity(), 1000},
+    return make_compound({{Shape::sphere(0.3), nullptr, Vector::Zero(), Rotation::Identity(), 1000},
                           {shape, geometry, p, q, 1000}})
         .geometry;
   };
@@ -228,9 +228,10 @@ TEST_CASE("planar worlds refuse shapes of space, and worlds of space polygons") 
   CHECK(with(plane, compound(box, nullptr, {1, 0, 0}, tipped)) == Result::out_of_plane);
   CHECK(with(plane, compound(Shape::cylinder(1, 1), nullptr, {1, 0, 0}, upright)) ==
         Result::out_of_plane);
-  CHECK(with(space, compound(regular_triangle(1), nullptr, {}, upright)) == Result::bad_shape);
+  CHECK(with(space, compound(regular_triangle(1), nullptr, Vector::Zero(), upright)) ==
+        Result::bad_shape);
   CHECK(with(space, compound({ShapeKind::hull, {}}, hexagon, {}, upright)) == Result::bad_shape);
-  CHECK(with(space, compound(box, nullptr, {}, tipped)) == Result::ok);
+  CHECK(with(space, compound(box, nullptr, Vector::Zero(), tipped)) == Result::ok);
 }
 
 TEST_CASE("in the plane a compound weighs as its parts do, and stands on them") {

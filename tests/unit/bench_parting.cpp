@@ -36,7 +36,10 @@ TEST_CASE("parting: a cylinder overlaps as much as the prism within it, and hard
   const double between = 0.4 * (1 - std::cos(3.14159265358979323846 / 48));
   for (int trial = 0; trial < 300; ++trial) {
     CAPTURE(trial);
-    Pair pair{prism, Shape::box({0.5, 0.4, 0.3}), {{}, random.rotation()}, {{}, random.rotation()}};
+    Pair pair{prism,
+              Shape::box({0.5, 0.4, 0.3}),
+              {Vector::Zero(), random.rotation()},
+              {Vector::Zero(), random.rotation()}};
     pair.X_WB.x = 2 * random.direction();
     const Parting apart = parting(pair);
     pair.X_WB.x += apart.n * (apart.overlap - 0.01);

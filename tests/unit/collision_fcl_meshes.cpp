@@ -183,7 +183,7 @@ TEST_CASE("FCL gives a mesh deep in a half-space any of its triangles, not the d
               {random.vector(3), random.rotation()},
               {random.vector(3), random.rotation()}};
     const Vector n = -pair.X_WB.R.col(2);
-    pair.X_WB.x = pair.X_WA.x + n * (support(kBall, {{}, pair.X_WA.R}, n) - kDeep);
+    pair.X_WB.x = pair.X_WA.x + n * (support(kBall, {Vector::Zero(), pair.X_WA.R}, n) - kDeep);
     known.push_back({pair, kDeep, n});
   }
   check(known, 1);

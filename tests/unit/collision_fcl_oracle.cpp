@@ -162,7 +162,10 @@ std::vector<Pair> random_boxes(int count) {
     const auto solid = [&] {
       return Shape::box({random.uniform(0.3, 1), random.uniform(0.3, 1), random.uniform(0.3, 1)});
     };
-    Pair pair{solid(), solid(), {random.vector(1), random.rotation()}, {{}, random.rotation()}};
+    Pair pair{solid(),
+              solid(),
+              {random.vector(1), random.rotation()},
+              {Vector::Zero(), random.rotation()}};
     if (random.uniform(0, 1) < 0.3) pair.X_WB.R = pair.X_WA.R;  // faces, or edges, in parallel
     const Vector direction = random.direction();
     pair.X_WB.x = pair.X_WA.x;

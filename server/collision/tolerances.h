@@ -69,7 +69,8 @@ struct CollisionTolerances {
   double level_sine = 1e-5;
 
   /// Of a hull's length. Points that are outside of all others by less are no corners of it: the
-  /// edges between such would point anywhere. Test: "a hull of noisy corners carries".
+  /// edges between such would point anywhere. Test: "corners that are one but for rounding are
+  /// one".
   double corner_by_length = 2.5e-10;
 
   /// Sine of the angle between two triangles of a surface up to which their edge is flat (0.006

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -69,6 +70,18 @@ inline bool overlap(const Aabb& a, const Aabb& b) {
   return _mm_movemask_pd(_mm_and_pd(z, _mm_and_pd(one, other))) == 3;
 }
 
+/// Bit by bit: a NaN is the same as itself.
+inline bool same(const Aabb& a, const Aabb& b) {
+  static_assert(sizeof(Aabb) == 3 * sizeof(__m128i));
+  const auto* const p = reinterpret_cast<const __m128i*>(&a);
+  const auto* const q = reinterpret_cast<const __m128i*>(&b);
+  const auto differ = [&](int k) {
+    return _mm_xor_si128(_mm_loadu_si128(p + k), _mm_loadu_si128(q + k));
+  };
+  const __m128i all = _mm_or_si128(differ(0), _mm_or_si128(differ(1), differ(2)));
+  return _mm_movemask_epi8(_mm_cmpeq_epi8(all, _mm_setzero_si128())) == 0xffff;
+}
+
 #else
 
 inline FloatBox to_float(const Aabb& box, const Vector& origin) {
@@ -95,6 +108,12 @@ inline bool contains(const FloatBox& outer, const FloatBox& inner) {
 
 /// For boxes that are not empty.
 inline bool overlap(const Aabb& a, const Aabb& b) { return a.overlaps(b); }
+
+/// Bit by bit: a NaN is the same as itself.
+inline bool same(const Aabb& a, const Aabb& b) {
+  static_assert(sizeof(Aabb) == 6 * sizeof(double));
+  return std::memcmp(&a, &b, sizeof(Aabb)) == 0;
+}
 
 #endif
 

@@ -14,7 +14,7 @@
 // Where rooms would have to be renewed again and again, as in a gas, nothing is kept for a while:
 // see fresh_pairs.cpp.
 //
-// Cost: 30 ns for a body that moves, 6 to 13 where one in twenty does (Zen 5; cradle_bench broad).
+// Cost: 30 ns for a body that moves, 5 to 11 where one in twenty does (Zen 5; cradle_bench broad).
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -26,6 +26,7 @@
 #include "server/collision/fresh_pairs.h"
 #include "server/collision/pair_parts.h"
 #include "server/collision/pair_rules.h"
+#include "server/collision/room_pairs.h"
 
 namespace cradle {
 namespace {
@@ -42,19 +43,8 @@ constexpr int kRefits = 8;
 constexpr std::size_t kCandidates = 2;
 /// Worth a thread, at some nanoseconds each.
 constexpr int kBoxes = 512;
-constexpr std::size_t kCompared = 2048;  // candidates at a time
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
-
-/// Bit by bit: a NaN is the same as itself.
-bool same(const Aabb& a, const Aabb& b) {
-  std::uint64_t x[6], y[6];
-  std::memcpy(x, &a, sizeof x);
-  std::memcpy(y, &b, sizeof y);
-  return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2]) | (x[3] ^ y[3]) | (x[4] ^ y[4]) |
-          (x[5] ^ y[5])) == 0;
-}
-static_assert(sizeof(Aabb) == 6 * sizeof(double));
 
 /// `box`, with room to move on as it did from `before` to now.
 FloatBox room_for(const FloatBox& box, const FloatBox& before) {
@@ -73,6 +63,23 @@ FloatBox room_for(const FloatBox& box, const FloatBox& before) {
   return room;
 }
 
+/// Calls `act(i)` for every i whose byte is not 0. Where most are, eight at a time are passed by.
+template <class F>
+void for_each_marked(std::span<const std::uint8_t> marks, const F& act) {
+  for (std::size_t i = 0; i < marks.size();) {
+    std::uint64_t eight = 1;
+    if (i + sizeof eight <= marks.size()) std::memcpy(&eight, &marks[i], sizeof eight);
+    const std::size_t end = std::min(marks.size(), i + sizeof eight);
+    if (eight == 0) {
+      i = end;
+      continue;
+    }
+    for (; i < end; ++i) {
+      if (marks[i] != 0) act(i);
+    }
+  }
+}
+
 enum class Home : std::uint8_t { none, old, young };
 
 class KeptBroadPhase final : public BroadPhase {
@@ -87,7 +94,7 @@ class KeptBroadPhase final : public BroadPhase {
     fresh_pairs_.note_call_with_rooms(is_renewal, method_ == "grid");
     const bool fits = is_renewal ? renew(input) : update(input);
     if (fits) {
-      compare(input, pairs);
+      report_.boxes_seen += room_pairs_.compare(input, changed_, pairs);
       add_planes(input, pairs);
     }
     remember(input);
@@ -138,15 +145,7 @@ class KeptBroadPhase final : public BroadPhase {
     for (std::size_t i = 0; i < now_.size(); ++i) {
       housed_ -= now_[i] < 0 && homes_[i] != Home::none ? 1 : 0;
     }
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < candidates_.size(); ++k) {
-      const BodyPair pair{now_[index(candidates_[k].a)], now_[index(candidates_[k].b)]};
-      if (pair.a < 0 || pair.b < 0) continue;
-      overlaps_[count] = overlaps_[k];
-      candidates_[count++] = pair;
-    }
-    candidates_.resize(count);
-    overlaps_.resize(count);
+    room_pairs_.renumber(now_);
     old_.moving.renumber(now_);
     old_.immovable.renumber(now_);
     young_.renumber(now_);
@@ -189,17 +188,16 @@ class KeptBroadPhase final : public BroadPhase {
                     contains(rooms_[i], to_float(boxes[i], origin_));
       }
     });
-    for (std::size_t i = 0; i < slots; ++i) {
-      if (changed_[i] == 0) continue;
+    for_each_marked({changed_.data(), slots}, [&](std::size_t i) {
       const auto slot = static_cast<std::int32_t>(i);
       changed_slots_.push_back(slot);
-      if (stays_[i] != 0) continue;
+      if (stays_[i] != 0) return;
       const bool usable = is_usable(input.boxes[i]);
       if (homes_[i] != Home::none) leave(i, usable && input.moves[i] == moves_[i]);
-      if (!usable) continue;
+      if (!usable) return;
       entering_.push_back(slot);
       newcomers_ += homes_[i] == Home::none ? 1 : 0;
-    }
+    });
     for (std::size_t i = slots; i < last_.size(); ++i) leave(i, false);
     report_.boxes_seen += static_cast<std::int64_t>(slots);
   }
@@ -248,24 +246,24 @@ class KeptBroadPhase final : public BroadPhase {
     old_.immovable.for_each_place(note);
     report_.boxes_seen += static_cast<std::int64_t>(housed_);
 
-    candidates_.clear();
+    fresh_.clear();
     std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});  // marks the large, for now
     const auto add = [this](std::int32_t i, std::int32_t j) {
       const auto [a, b] = std::minmax(i, j);
-      candidates_.push_back({a, b});
-      return candidates_.size() <= kCandidates * most_;
+      fresh_.push_back({a, b});
+      return fresh_.size() <= kCandidates * most_;
     };
     join_moving(*input.executor, add);
     const bool few_move = old_.moving.size() < old_.immovable.size();
     const BoxTree& tree = few_move ? old_.immovable : old_.moving;
     for (const std::int32_t slot : few_move ? old_.moving_slots : old_.immovable_slots) {
-      if (candidates_.size() > kCandidates * most_) return false;
+      if (fresh_.size() > kCandidates * most_) return false;
       report_.nodes_seen +=
           tree.query(rooms_[index(slot)], [&](std::int32_t other) { add(slot, other); });
     }
-    if (candidates_.size() > kCandidates * most_) return false;
-    sorter_.sort(input.boxes.size(), candidates_);
-    overlaps_.resize(candidates_.size());
+    if (fresh_.size() > kCandidates * most_) return false;
+    sorter_.sort(input.boxes.size(), fresh_);
+    room_pairs_.replace(fresh_);
     std::fill(changed_.begin(), changed_.end(), std::uint8_t{1});
     return true;
   }
@@ -279,7 +277,7 @@ class KeptBroadPhase final : public BroadPhase {
       return;
     }
     report_.nodes_seen +=
-        parts_.find(executor, grid_.rows(), candidates_,
+        parts_.find(executor, grid_.rows(), fresh_,
                     [this](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
                       return grid_.join(begin, end, [&](std::int32_t i, std::int32_t j) {
                         const auto [a, b] = std::minmax(i, j);
@@ -322,8 +320,9 @@ class KeptBroadPhase final : public BroadPhase {
           }
           return seen;
         });
-    if (candidates_.size() + fresh_.size() > kCandidates * most_) return false;
-    merge_fresh();
+    if (room_pairs_.size() + fresh_.size() > kCandidates * most_) return false;
+    sorter_.sort(last_.size(), fresh_);
+    room_pairs_.exchange(left_, fresh_);
     return true;
   }
 
@@ -360,64 +359,6 @@ class KeptBroadPhase final : public BroadPhase {
     return seen;
   }
 
-  /// Takes the pairs of those that have left out of the candidates, and puts the fresh ones in.
-  void merge_fresh() {
-    sorter_.sort(last_.size(), fresh_);
-    spare_.clear();
-    spare_overlaps_.clear();
-    auto fresh = fresh_.begin();
-    const auto add_fresh = [&] {
-      spare_.push_back(*fresh++);
-      spare_overlaps_.push_back(0);
-    };
-    for (std::size_t k = 0; k < candidates_.size(); ++k) {
-      const BodyPair pair = candidates_[k];
-      if ((left_[index(pair.a)] | left_[index(pair.b)]) != 0) continue;
-      while (fresh != fresh_.end() && *fresh < pair) add_fresh();
-      spare_.push_back(pair);
-      spare_overlaps_.push_back(overlaps_[k]);
-    }
-    while (fresh != fresh_.end()) add_fresh();
-    candidates_.swap(spare_);
-    overlaps_.swap(spare_overlaps_);
-  }
-
-  /// The candidates whose true boxes overlap; only those are compared of which one has changed.
-  void compare(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) {
-    pairs.resize(candidates_.size());
-    compared_.resize(chunks_of(candidates_.size(), kCompared));
-    for_chunks(*input.executor, candidates_.size(), kCompared,
-               [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                 compared_[chunk] = compare_some(input, begin, end, pairs.data() + begin);
-               });
-    auto to = pairs.begin();
-    for (std::size_t chunk = 0; chunk < compared_.size(); ++chunk) {
-      report_.boxes_seen += compared_[chunk].looked_at;
-      const auto from = pairs.begin() + static_cast<std::ptrdiff_t>(chunk * kCompared);
-      to = std::move(from, from + compared_[chunk].overlapping, to);
-    }
-    pairs.erase(to, pairs.end());
-  }
-
-  struct Compared {
-    int looked_at, overlapping;
-  };
-  /// Those of candidates `begin` to `end` go to `pairs`.
-  Compared compare_some(const BroadPhaseInput& input, std::size_t begin, std::size_t end,
-                        BodyPair* pairs) {
-    Compared compared{0, 0};
-    for (std::size_t k = begin; k < end; ++k) {
-      const BodyPair pair = candidates_[k];
-      if ((changed_[index(pair.a)] | changed_[index(pair.b)]) != 0) {
-        overlaps_[k] = overlap(input.boxes[index(pair.a)], input.boxes[index(pair.b)]) ? 1 : 0;
-        ++compared.looked_at;
-      }
-      pairs[compared.overlapping] = pair;
-      compared.overlapping += overlaps_[k];
-    }
-    return compared;
-  }
-
   void add_planes(const BroadPhaseInput& input, std::vector<BodyPair>& pairs) {
     if (input.planes.empty()) return;
     report_.boxes_seen += static_cast<std::int64_t>(input.planes.size() * input.boxes.size());
@@ -441,8 +382,7 @@ class KeptBroadPhase final : public BroadPhase {
   void forget() {
     resize(0);
     ids_.clear();
-    candidates_.clear();
-    overlaps_.clear();
+    room_pairs_.clear();
     young_.clear();
     young_changed_ = true;
     housed_ = 0;
@@ -478,16 +418,13 @@ class KeptBroadPhase final : public BroadPhase {
   std::size_t newcomers_ = 0;   // those entering that had none
   bool young_changed_ = false;  // its slots are not those of its trees
   int refits_ = 0;
-  std::vector<BodyPair> candidates_;    // sorted: the rooms overlap
-  std::vector<std::uint8_t> overlaps_;  // one a candidate: the true boxes do
+  RoomPairs room_pairs_;
   std::vector<std::int32_t> changed_slots_, entering_;
   bool has_left_ = false;
   std::size_t most_ = 0;           // pairs
   std::vector<std::int32_t> now_;  // the slot of each, after a change of slots
   std::vector<BodyPair> fresh_, spare_;
-  std::vector<std::uint8_t> spare_overlaps_;
   PairParts parts_;
-  std::vector<Compared> compared_;  // by part of the candidates
   PairSorter sorter_;
   FreshPairs fresh_pairs_;
   BroadPhaseReport report_;

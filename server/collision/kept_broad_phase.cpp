@@ -1,15 +1,15 @@
 // Our broad phase: what it knows of the last call saves work, and never changes the result.
 //
 // Every body has a roomy box around its box, stretched along its last motion. Pairs of roomy boxes
-// that overlap are kept; each call compares the true boxes of those in which one has changed. A
-// body whose box leaves its room gets a new one and asks the trees for its pairs; when too many
-// have left, all get new ones and the tree is joined with itself. (Verlet's neighbour list, 1967,
-// with the fat boxes of Box2D.)
+// that overlap are kept (room_pairs.h); each call compares the true boxes of those in which one has
+// changed. A body whose box leaves its room gets a new one and asks the trees for its pairs; when
+// too many have left, all get new ones and the tree is joined with itself. (Verlet's neighbour
+// list, 1967, with the fat boxes of Box2D.)
 //
 // Bodies that move and bodies that never yield have trees apart, and two of the latter never meet.
 // Each has two: the old one of the last rebuild, from which those that left are taken out, and the
-// young one of these, made anew for each call that needs it. So what rests costs nothing, and no
-// tree decays.
+// young one of these, made anew for each call that needs it. So what rests costs a look at its
+// box, and no tree decays.
 //
 // Where rooms would have to be renewed again and again, as in a gas, nothing is kept for a while:
 // see fresh_pairs.cpp.

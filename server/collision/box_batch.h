@@ -23,6 +23,9 @@ struct BoxAxes {
   Edges edges;
 };
 
+BoxAxes axes_of(const BoxAxesBlock& block, int lane);
+void copy_lane(const BoxAxesBlock& from, int lane, BoxAxesBlock& to, int to_lane);
+
 /// Collects pairs until there is a block of them. A manifold does not depend on who else is in it.
 class BoxBatch {
  public:
@@ -47,14 +50,27 @@ class BoxBatch {
     const BoxFaceBlock& block;
     int lane;
 
+    struct Face {
+      Vector axis_W;
+      std::array<Vector, 2> edges_W;
+    };
+
     bool on_A() const { return block.on_A[lane] > 0; }
     bool is_flush() const { return block.until_tilted[lane] > 0; }
     bool is_apart() const {
       return block.s_A[lane] > 0 || block.s_B[lane] > 0 || block.s_edge[lane] > 0;
     }
+    static Face face(const Pose& X_WB, double number);
+    const Pose& reference_pose() const { return on_A() ? *pair.X_WA : *pair.X_WB; }
+    const Pose& incident_pose() const { return on_A() ? *pair.X_WB : *pair.X_WA; }
+    Face reference() const { return face(reference_pose(), block.reference[lane]); }
+    Face incident() const { return face(incident_pose(), block.incident[lane]); }
     void set(Manifold& manifold) const;
     double inside(const Vector& p_W) const;
+    double separation_along(const Vector& n) const;
+    bool lean(Manifold& at_face, ContactPoint& point) const;
     bool counts(Manifold& at_face, double& missed) const;
+    bool is_steady(const Vector& n) const;
     double lead(Manifold& manifold, double missed) const;
     Facing alone(bool face_of_A, BoxFaceBlock& own, Manifold& manifold) const;
     void meet(Manifold& manifold) const;

@@ -80,13 +80,31 @@ TEST_CASE("normals are unit, points lie in both shapes inflated by the depth, fe
 
 TEST_CASE("the deepest separation is the overlap along the normal") {
   for_random_contacts(0.02, [&](const Pair& pair, const Manifold& manifold) {
-    // The lower side of a box that is flush is cut at the edge of the other's face.
-    const bool is_flush =
-        pair.is_boxes() &&
-        (pair.X_WA.R.transpose() * pair.X_WB.R).cwiseAbs().maxCoeff() > kTolerances.flush_cosine;
-    const double tolerance = is_flush ? kTolerances.clip_slack_m : kExact;
-    REQUIRE(std::abs(deepest(manifold) - overlap(pair, manifold.normal_W)) < tolerance);
+    REQUIRE(std::abs(deepest(manifold) - overlap(pair, manifold.normal_W)) < kExact);
   });
+}
+
+TEST_CASE("of boxes that lie nearly flush over an edge the depth is the overlap, too") {
+  Random random(3);
+  int manifolds = 0, leaning = 0;
+  for (const double tilt : {1e-6, 1e-4, 1e-3, 5e-3, 0.014}) {
+    for (const double depth : {1e-4, 1e-3, 5e-3, 0.02}) {
+      CAPTURE(tilt, depth);
+      for (int trial = 0; trial < kContacts; ++trial) {
+        CAPTURE(trial);
+        const Pair pair = nearly_flush_boxes(random, tilt, random.uniform(0, depth));
+        const Manifold manifold = pair.collide(0.02);
+        check_sound(pair, manifold, 0.02, kExact);
+        const Vector& n = manifold.normal_W;
+        REQUIRE(std::abs(deepest(manifold) - overlap(pair, n)) < kExact);
+        manifolds += manifold.count > 1;
+        leaning += (pair.X_WA.R.transpose() * n).cwiseAbs().maxCoeff() < 1 - 1e-12 &&
+                   (pair.X_WB.R.transpose() * n).cwiseAbs().maxCoeff() < 1 - 1e-12;
+      }
+    }
+  }
+  CHECK(manifolds > 18 * kContacts);  // else only edges touch
+  CHECK(leaning > 2 * kContacts);
 }
 
 TEST_CASE("parting two bodies by their depth leaves them touching") {

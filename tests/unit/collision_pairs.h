@@ -9,6 +9,7 @@
 
 #include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
+#include "tests/bench/parting.h"
 #include "tests/bench/random_poses.h"
 #include "tests/bench/solids.h"
 
@@ -107,6 +108,25 @@ class Random : public RandomPoses {
 
   std::vector<GeometryPointer> hulls_;
 };
+
+/// Boxes that lean to each other by up to `tilt`, rad, and lie over each other's edges; they
+/// overlap by `depth`, m (negative: they are apart).
+inline Pair nearly_flush_boxes(Random& random, double tilt, double depth) {
+  const auto box = [&] { return Shape::box({random.size(), random.size(), random.size()}); };
+  Pair pair{box(), box(), {random.vector(1), random.rotation()}, {}};
+  const Vec3 a = pair.A.shape.half_extents_m(), b = pair.B.shape.half_extents_m();
+  const double yaw =
+      random.uniform(0, 1) < 0.3 ? random.uniform(-0.01, 0.01) : random.uniform(0, 7);
+  const Vector axis = random.direction().cwiseProduct(Vector(1, 1, 0.1)).normalized();
+  pair.X_WB.R = pair.X_WA.R * Eigen::AngleAxisd(tilt * random.uniform(0, 1), axis) *
+                Eigen::AngleAxisd(yaw, Vector::UnitZ());
+  const double x = random.uniform(-1, 1) * (a.x + 0.7 * b.x),
+               y = random.uniform(-1, 1) * (a.y + 0.7 * b.y);
+  pair.X_WB.x = pair.X_WA.x + pair.X_WA.R * Vector(x, y, a.z + b.z);
+  const Parting best = bench::parting(pair);
+  pair.X_WB.x += best.n * (best.overlap - depth);
+  return pair;
+}
 
 /// All kinds that collide, and two half-spaces do not.
 inline std::vector<std::pair<ShapeKind, ShapeKind>> colliding_kinds() {

@@ -1,0 +1,63 @@
+// The closest points of two edges after Ericson, "Real-Time Collision Detection" (2005), 5.1.9.
+// Symbols as in box_box.cpp.
+#include "server/collision/box_edges.h"
+
+#include <algorithm>
+
+#include "server/collision/box_faces.h"
+#include "server/collision/tolerances.h"
+
+namespace cradle {
+namespace {
+
+/// An edge of a box: the one along `axis` that lies farthest in the direction `d`.
+struct Edge {
+  Vector middle;
+  std::uint32_t name = 0;
+
+  Edge(const Vector& half_extents, int axis, const Vector& d) : middle(half_extents) {
+    std::uint32_t bits = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (d[k] < 0) {
+        middle[k] = -half_extents[k];
+      } else {
+        bits |= 1u << k;
+      }
+    }
+    middle[axis] = 0;
+    name = name_of(bits & ~(1u << axis), bits | 1u << axis);
+  }
+};
+
+}  // namespace
+
+Manifold meet_edges(const BoxAxes& boxes, const Pose& X_WA) {
+  const BoxAxes::Edges& axis = boxes.edges;
+  const Vector a = Vector::Unit(axis.i), b = boxes.C.col(axis.j);
+  Vector n = a.cross(b).normalized();
+  if (n.dot(boxes.t) < 0) n = -n;
+  const Edge edge_A(boxes.h_A, axis.i, n);
+  const Edge edge_B(boxes.h_B, axis.j, -(boxes.C.transpose() * n));
+
+  const Vector middle_B = boxes.t + boxes.C * edge_B.middle;
+  const Vector d = middle_B - edge_A.middle;
+  const double c = a.dot(b), a_d = a.dot(d), b_d = b.dot(d);
+  const double end_A = boxes.h_A[axis.i], end_B = boxes.h_B[axis.j];
+  double along_A = std::clamp((a_d - c * b_d) / (1 - c * c), -end_A, end_A);
+  const double along_B = std::clamp(c * along_A - b_d, -end_B, end_B);
+  along_A = std::clamp(a_d + c * along_B, -end_A, end_A);
+  const Vector p = edge_A.middle + a * along_A;
+  const Vector q = middle_B + b * along_B;
+
+  Manifold manifold;
+  if (axis.s > 0 && (q - p).norm() > axis.s + kTolerances.tie_m) return manifold;
+  constexpr std::uint32_t kNoFace = 15u << 12;
+  manifold.normal_W = X_WA.R * n;
+  manifold.count = 1;
+  manifold.lead = -1;  // turns with both boxes, the more the less the edges cross
+  manifold.points[0] = {X_WA.x + X_WA.R * (0.5 * (p + q)), axis.s,
+                        kNoFace | edge_A.name << 6 | edge_B.name};
+  return manifold;
+}
+
+}  // namespace cradle

@@ -70,7 +70,6 @@ class BoxBatch {
     double separation_along(const Vector& n) const;
     bool lean(Manifold& at_face, ContactPoint& point) const;
     bool counts(Manifold& at_face, double& missed) const;
-    bool is_steady(const Vector& n) const;
     double lead(Manifold& manifold, double missed) const;
     Facing alone(bool face_of_A, BoxFaceBlock& own, Manifold& manifold) const;
     void meet(Manifold& manifold) const;

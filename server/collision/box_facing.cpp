@@ -53,12 +53,12 @@ BoxBatch::Facing::Face BoxBatch::Facing::face(const Pose& X_WB, double number) {
 }
 
 void BoxBatch::Facing::set(Manifold& manifold) const {
-  set_manifold(block, lane, on_A() ? *pair.X_WA : *pair.X_WB, manifold);
+  set_manifold(block, lane, reference_pose(), manifold);
 }
 
 /// How far a point over the reference face is from its sides.
 double BoxBatch::Facing::inside(const Vector& p_W) const {
-  return inside_face(on_A() ? *pair.A : *pair.B, on_A() ? *pair.X_WA : *pair.X_WB,
+  return inside_face(on_A() ? *pair.A : *pair.B, reference_pose(),
                      static_cast<int>(block.reference[lane]) / 2, p_W);
 }
 
@@ -78,7 +78,7 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
   const Vector along = at_face.normal_W;
   Vector best = along;
   double nearest = 0, separation = kInfinity;
-  const auto is_exact = [&](Vector n) {
+  const auto try_normal = [&](Vector n) {  // whether that is it, and no other need be tried
     const double length2 = n.squaredNorm();
     if (!(length2 > kParallel2)) return false;
     n *= (n.dot(along) < 0 ? -1 : 1) / std::sqrt(length2);
@@ -93,10 +93,10 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
     return off <= 0;
   };
   const auto try_all = [&] {
-    if (is_exact(other.axis_W)) return;
+    if (try_normal(other.axis_W)) return;
     for (const Vector& edge : face.edges_W) {
       for (const Vector& other_edge : other.edges_W) {
-        if (is_exact(edge.cross(other_edge))) return;
+        if (try_normal(edge.cross(other_edge))) return;
       }
     }
   };
@@ -117,7 +117,6 @@ bool BoxBatch::Facing::counts(Manifold& at_face, double& missed) const {
   const double s = block.s[lane], slack = block.slack[lane];
   missed = point == nullptr ? kInfinity : point->separation - s;
   if (point == nullptr) return false;
-
   if (is_flush() && missed > kTolerances.tie_m && lean(at_face, *point)) {
     missed = 0;
     return true;
@@ -138,19 +137,11 @@ bool BoxBatch::Facing::counts(Manifold& at_face, double& missed) const {
   return true;
 }
 
-/// Whether the normal of a flush contact may turn to that of either face unnoticed.
-bool BoxBatch::Facing::is_steady(const Vector& n) const {
-  const double along = n.dot(reference().axis_W), along_other = n.dot(incident().axis_W);
-  const double least = std::min(std::abs(along), std::abs(along_other));
-  return 1 - least * least < kTolerances.steady_sine2;
-}
-
 /// How long a face contact that bears so far is as it is: no other axis is better, and what touches
 /// is over the face.
 double BoxBatch::Facing::lead(Manifold& manifold, double missed) const {
   const double bears = std::min(block.lead[lane], manifold.lead);
   if (is_flush()) {
-    if (!is_steady(manifold.normal_W)) return -1;
     return std::min({bears, block.slack[lane] - missed, block.until_tilted[lane]});
   }
   const double stays = missed > kTolerances.tie_m ? -1 : inside(deepest(manifold)->p_W);

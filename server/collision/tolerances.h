@@ -49,11 +49,6 @@ struct CollisionTolerances {
   /// meets such a face. Test: "a small motion changes the manifold little".
   double flush_cosine = 0.9999;
 
-  /// Squared sine. Two boxes that lie flush take their normal from what is deepest: either face, or
-  /// two edges. Such a contact is kept only if that is as near as this (0.4 degrees) to both
-  /// faces'. Test: "boxes that lie nearly flush bear the motion that they say".
-  double steady_sine2 = 5e-5;
-
   /// m, scaled. A contact that misses the exact separation by less gets it; else the point where
   /// the closest points were is added. Test: "the deepest separation is the overlap".
   double witness_m = 1e-6;

@@ -1,5 +1,5 @@
-// Curved cores: cylinders, cones and ellipsoids, at anything but what closed_overlap.cpp and
-// revolved_overlap.cpp have.
+// Curved cores: cylinders, cones and ellipsoids, at anything but what closed_overlap.cpp,
+// revolved_overlap.cpp and revolved_pair.cpp have, or give up.
 //
 // Symbols as in least_overlap.cpp. The face of one shape that is nearest to the other's centre
 // comes first: where shapes rest it is certainly best (best_face.h), and all is done.

@@ -7,8 +7,9 @@
 // Boxes, capsules and cylinders among themselves: closed_overlap.cpp. The others here.
 //
 // Cores with corners only: polytope_search.cpp. Cylinders and cones at boxes and hulls:
-// revolved_overlap.cpp. Other curved ones: curved_search.cpp. Here it is chosen among them, and
-// here are those with a flat shape, a triangle.
+// revolved_overlap.cpp; cones at cones and cylinders: revolved_pair.cpp. Other curved ones:
+// curved_search.cpp. Here it is chosen among them, and here are those with a flat shape, a
+// triangle.
 //
 // A flat shape has no far side, and no inside for a polytope to grow from. The search begins at the
 // best of the directions in which shapes use to leave each other: their faces and sides. If that is
@@ -28,6 +29,7 @@
 #include "server/collision/polish.h"
 #include "server/collision/polytope_search.h"
 #include "server/collision/revolved_overlap.h"
+#include "server/collision/revolved_pair.h"
 
 namespace cradle {
 namespace {
@@ -153,6 +155,7 @@ LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& h
   if (const auto found = closed_overlap(pair, limit, lead_wanted)) return *found;
   if (pair.has_flat()) return of_flat(pair, limit, lead_wanted, hints);
   if (!has_corners(pair.A) || !has_corners(pair.B)) {
+    if (const auto found = revolved_pair_overlap(pair, limit, lead_wanted)) return *found;
     if (const auto found = revolved_overlap(pair, limit, lead_wanted, hints)) return *found;
     return curved_overlap(pair, limit, lead_wanted, hints);
   }

@@ -1,6 +1,7 @@
-// Cylinders and cones at boxes and hulls: their normal is the best of all, of any depth, against a
-// search over many directions and down from the best of them, by support functions alone. What that
-// finds is never below the truth, so nothing that is exact is above it.
+// Cylinders and cones at boxes and hulls, and cones at each other and at cylinders: their normal is
+// the best of all, of any depth, against a search over many directions and down from the best of
+// them, by support functions alone. What that finds is never below the truth, so nothing that is
+// exact is above it.
 #include "tests/unit/collision_pairs.h"
 #include "tests/unit/overlap_by_search.h"
 #include "tests/unit/trials.h"
@@ -58,4 +59,39 @@ TEST_CASE("cylinders and cones leave boxes and hulls by the best way of all") {
     }
   }
   CHECK(contacts > trials(600));
+}
+
+TEST_CASE("cones leave cones and cylinders by the best way of all") {
+  using enum ShapeKind;
+  Random random(13);
+  int contacts = 0;
+  for (const ShapeKind other : {cone, cylinder}) {
+    for (int trial = 0; trial < trials(500); ++trial) {
+      const auto situation = static_cast<Situation>(trial % 5);
+      CAPTURE(word_of(other), trial);
+      Pair pair = random.pair(other, cone);
+      if (trial % 3 == 0) {  // axes along each other, or nearly
+        const double angle = std::pow(10, random.uniform(-13, -1));
+        pair.X_WB.R = Eigen::AngleAxisd(angle, random.direction()) * pair.X_WA.R;
+        if (trial % 2 == 0) pair.X_WB.R.rightCols<2>() *= -1;
+      }
+      pair = moved(random, pair, situation);
+      const double least = least_overlap_by_search(pair);
+      const Manifold manifold = pair.collide(kMargin);
+      const Manifold swapped = Pair{pair.B, pair.A, pair.X_WB, pair.X_WA}.collide(kMargin);
+      REQUIRE((manifold.count == 0) == (swapped.count == 0));
+      if (manifold.count == 0) {
+        REQUIRE(least < -kMargin + kExact);
+        continue;
+      }
+      ++contacts;
+      const double along_normal = overlap(pair, manifold.normal_W);
+      REQUIRE(std::abs(deepest(manifold) - along_normal) < kRounding);
+      REQUIRE(along_normal <= least + kExact);
+      REQUIRE(std::abs(deepest(swapped) - deepest(manifold)) < kExact);
+      // Where two directions are as good, either will do.
+      REQUIRE(std::abs(overlap(pair, -swapped.normal_W) - along_normal) < kExact);
+    }
+  }
+  CHECK(contacts > trials(800));
 }

@@ -79,7 +79,7 @@ bool on_edges(Nearest& points) {
   const BoxAxes& b = points.boxes;
   const int i = b.edges.i, j = b.edges.j;
   const double c = b.C(i, j), sine2 = 1 - c * c;
-  if (sine2 < kTolerances.parallel_sine2) return false;
+  if (sine2 < kTolerances.crossing_sine2) return false;
   Vector n = Vector::Unit(i).cross(b.C.col(j));
   if (n.dot(b.t) < 0) n = -n;
   points.a = corner(n, b.h_A);

@@ -77,7 +77,7 @@ CRADLE_LANES void try_edges(int i, int j, const V* h_A, const V* h_B, const V* C
   const V s = size_of<V>(t[i2] * y - t[i1] * z) - h_A[i1] * size_C[3 * j + i2] -
               h_A[i2] * size_C[3 * j + i1] - h_B[j1] * size_C[3 * j2 + i] -
               h_B[j2] * size_C[3 * j1 + i];
-  const V least = fill<V>(kTolerances.parallel_sine2);
+  const V least = fill<V>(kTolerances.crossing_sine2);
   const auto is_nearly = (l2 < least) & (l2 >= kSoonCounts * least);
   if (any<V>(is_nearly)) {
     best.next = is_nearly ? larger<V>(best.next, s / root<V>(l2)) : best.next;

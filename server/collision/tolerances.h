@@ -10,9 +10,14 @@ struct CollisionTolerances {
   /// taken. Test: "two spheres with one centre get a fixed normal".
   double coincident_m = 1e-12;
 
-  /// Squared sine of the angle between two edges. Below it (0.6 degrees) their common normal is
-  /// badly determined, and a face axis does as well. Test: "nearly parallel edges give no axis".
+  /// Squared sine of the angle between two capsules. Below it (0.6 degrees) points at the ends count,
+  /// too, since the nearest of the lines is badly determined. Test: "parallel capsules".
   double parallel_sine2 = 1e-4;
+
+  /// Squared sine of the angle between two edges of boxes. Below it their common normal is known to
+  /// 1e-10 only, and a face parts nearly as well: by a millionth of their length. Test:
+  /// "rods that cross at a small angle meet where their edges do".
+  double crossing_sine2 = 1e-12;
 
   /// m. Test: "a matchbox behaves like a crate".
   double nominal_half_extent_m = 0.5;

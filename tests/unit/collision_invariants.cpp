@@ -107,6 +107,38 @@ TEST_CASE("of boxes that lie nearly flush over an edge the depth is the overlap,
   CHECK(leaning > 2 * kContacts);
 }
 
+TEST_CASE("rods that cross at a small angle meet where their edges do") {
+  Random random(9);
+  const auto rod = [&] {
+    return Shape::box(
+        {random.uniform(0.5, 2), random.uniform(0.03, 0.15), random.uniform(0.03, 0.15)});
+  };
+  int across = 0;
+  for (int trial = 0; trial < 10 * kContacts; ++trial) {
+    CAPTURE(trial);
+    Pair pair{rod(), rod(), {}, {}};
+    const auto roll = [&] { return Eigen::AngleAxisd(random.uniform(0, 7), Vector::UnitX()); };
+    const double angle = std::pow(10, random.uniform(-5, -2));
+    pair.X_WB.R = roll() * Eigen::AngleAxisd(angle, Vector::UnitZ()) * roll();
+    const double way = random.uniform(0, 7);
+    pair.X_WB.x = 0.3 * Vector(0, std::cos(way), std::sin(way));
+    const Parting before = bench::parting(pair);
+    pair.X_WB.x += before.n * (before.overlap - random.uniform(-0.003, 0.003));
+    const double least = bench::parting(pair).overlap;
+    const Manifold manifold = pair.collide(0.05);
+    REQUIRE(manifold.count > 0);
+    const double found = overlap(pair, manifold.normal_W);
+    const double scale = 0.15 / kTolerances.nominal_half_extent_m;
+    const double lead =
+        least > 0 ? kTolerances.edge_bias_m * scale + kTolerances.edge_bias_per_depth * found
+                  : kTolerances.clip_slack_m * scale;
+    if (least < 0 && found <= 0) continue;  // told to be apart
+    REQUIRE(found <= least + lead + kExact);
+    across += least > 0;
+  }
+  CHECK(across > kContacts);
+}
+
 TEST_CASE("parting two bodies by their depth leaves them touching") {
   for_random_contacts(0, [](Pair pair, const Manifold& manifold) {
     pair.X_WB.x += manifold.normal_W * overlap(pair, manifold.normal_W);

@@ -10,8 +10,9 @@ struct CollisionTolerances {
   /// taken. Test: "two spheres with one centre get a fixed normal".
   double coincident_m = 1e-12;
 
-  /// Squared sine of the angle between two capsules. Below it (0.6 degrees) points at the ends count,
-  /// too, since the nearest of the lines is badly determined. Test: "parallel capsules".
+  /// Squared sine of the angle between two capsules. Below it (0.6 degrees) their ends count, too:
+  /// where the lines are nearest is badly determined. Test: "capsules: side by side two points,
+  /// crossed one, ends on the true distance".
   double parallel_sine2 = 1e-4;
 
   /// Squared sine of the angle between two edges of boxes. Below it their common normal is known to

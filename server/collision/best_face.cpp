@@ -17,6 +17,7 @@
 #include <cmath>
 #include <limits>
 
+#include "server/collision/lead.h"
 #include "server/collision/surface.h"
 
 namespace cradle {
@@ -279,6 +280,25 @@ double inside_face(const ConvexPair& pair, const FaceDirection& face) {
   }
   return inside_face(pair.B, -(pair.R.transpose() * face.n), face.face,
                      pair.R.transpose() * (face.deepest - pair.t));
+}
+
+std::optional<LeastOverlap> certain_at_face(const ConvexPair& pair, LeastOverlap found,
+                                            FaceDirection::Of face_of, double lead_wanted) {
+  FaceDirection face;
+  face.n = found.n;
+  face.overlap = found.overlap;
+  face.face_of = face_of;
+  const bool is_of_A = face_of == FaceDirection::Of::A;
+  face.deepest = is_of_A ? Vector(found.p_A - found.overlap * found.n) : found.p_A;
+  if (face.overlap > 0) {
+    if (!is_best(pair, face)) return std::nullopt;
+    if (lead_wanted > 0 && is_best(pair, face, lead_wanted / 2)) found.lead = lead_wanted;
+    return found;
+  }
+  // Apart: the closest points are those if the foot is on the face.
+  if (!(inside_face(pair, face) >= 0)) return std::nullopt;
+  found.lead = lead_by_turn(-face.overlap);
+  return found;
 }
 
 bool is_best(const ConvexPair& pair, const FaceDirection& face, double slack) {

@@ -2,6 +2,8 @@
 /// to this folder.
 #pragma once
 
+#include <optional>
+
 #include "server/collision/convex_pair.h"
 
 namespace cradle {
@@ -28,6 +30,10 @@ FaceDirection likely_face(const ConvexPair& pair, SupportHints& hints);
 
 /// m, how far inside the sides of its face what reaches deepest behind it is.
 double inside_face(const ConvexPair& pair, const FaceDirection& face);
+
+/// `found`, where what is deepest meets a face, with its lead; nothing if it is not certainly best.
+std::optional<LeastOverlap> certain_at_face(const ConvexPair& pair, LeastOverlap found,
+                                            FaceDirection::Of face_of, double lead_wanted);
 
 /// Whether the cores certainly overlap, and in that direction least; and, where neither is flat, do
 /// so until both have moved by `slack` (m) together.

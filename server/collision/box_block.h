@@ -24,7 +24,7 @@ struct BoxAxesBlock {
   /// Of the edges that cross: the best s, 3 i + j, and the largest s of edges that are just too
   /// parallel to count. Minus infinity if there are none. Neither these nor what follows is set
   /// where faces part all pairs of a vector by more than their margin.
-  Row s_edge, edge, next_edge;
+  Row s_edge, edge;
   Row slack, bias;  ///< for boxes of this size, see tolerances.h
   Row least_edge;   ///< edges of a larger s part the boxes better than any face
   Row on_A;         ///< 1: the reference face is of A; 0: of B

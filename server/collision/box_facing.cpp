@@ -147,8 +147,7 @@ double BoxBatch::Facing::lead(Manifold& manifold, double missed) const {
   const double stays = missed > kTolerances.tie_m ? -1 : inside(deepest(manifold)->p_W);
   const double s = block.s[lane];
   const double until_apart =  // by edges: see `counts`
-      s > 0 ? kInfinity
-            : std::max(s + block.slack[lane], -std::max(block.s_edge[lane], block.next_edge[lane]));
+      s > 0 ? kInfinity : std::max(s + block.slack[lane], -block.s_edge[lane]);
   return std::min({bears, stays, until_apart});
 }
 

@@ -64,7 +64,7 @@ CRADLE_LANES BestFace<V> best_face(const V* t, const V* reach) {
 template <class V>
 struct BestEdges {
   V square, length2;  // s |s| and l^2
-  V edge, next;
+  V edge;
 };
 
 template <class V>
@@ -73,15 +73,10 @@ CRADLE_LANES void try_edges(int i, int j, const V* h_A, const V* h_B, const V* C
   const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
   const V y = C[3 * j + i1], z = C[3 * j + i2];
   const V l2 = y * y + z * z;
-  constexpr double kSoonCounts = 0.8;
   const V s = size_of<V>(t[i2] * y - t[i1] * z) - h_A[i1] * size_C[3 * j + i2] -
               h_A[i2] * size_C[3 * j + i1] - h_B[j1] * size_C[3 * j2 + i] -
               h_B[j2] * size_C[3 * j1 + i];
   const V least = fill<V>(kTolerances.crossing_sine2);
-  const auto is_nearly = (l2 < least) & (l2 >= kSoonCounts * least);
-  if (any<V>(is_nearly)) {
-    best.next = is_nearly ? larger<V>(best.next, s / root<V>(l2)) : best.next;
-  }
   const V s2 = s * size_of<V>(s);
   const auto is_better = (l2 >= least) & (s2 * best.length2 > best.square * l2);
   best.square = is_better ? s2 : best.square;
@@ -94,7 +89,7 @@ template <class V>
 CRADLE_LANES void weigh_edges(const V* h_A, const V* h_B, const V* C, const V* size_C, const V* t,
                               const BestFace<V>& A, const BestFace<V>& B, BoxPairBlock& b,
                               int lane) {
-  BestEdges<V> best{fill<V>(-1), V{}, V{}, -endless<V>()};  // at first s is minus infinity
+  BestEdges<V> best{fill<V>(-1), V{}, V{}};  // at first s is minus infinity
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) try_edges<V>(i, j, h_A, h_B, C, size_C, t, best);
@@ -104,7 +99,6 @@ CRADLE_LANES void weigh_edges(const V* h_A, const V* h_B, const V* C, const V* s
   const V signed_s = best.square < V{} ? -s : s;
   store(b.s_edge + lane, has_edges ? signed_s : -endless<V>());
   store(b.edge + lane, best.edge);
-  store(b.next_edge + lane, best.next);
 
   const V least_A = smaller<V>(smaller<V>(h_A[0], h_A[1]), h_A[2]);
   const V least_B = smaller<V>(smaller<V>(h_B[0], h_B[1]), h_B[2]);
@@ -261,8 +255,7 @@ CRADLE_LANES void face_each_other(BoxFaceBlock& b, int lane, FacePair<V>& faces)
   const V bias = load<V>(b.bias + lane);
   const V s = on_A ? s_A : s_B;
   const V over_other = s - (on_A ? s_B : s_A) + (on_A ? bias : -bias);
-  const V over_edges = load<V>(b.least_edge + lane) -
-                       larger<V>(load<V>(b.s_edge + lane), load<V>(b.next_edge + lane));
+  const V over_edges = load<V>(b.least_edge + lane) - load<V>(b.s_edge + lane);
   store(b.s + lane, s);
   store(b.lead + lane,
         smaller<V>(over_edges, smaller<V>(over_other, s - (on_A ? next_A : next_B))));

@@ -66,22 +66,9 @@ LeastOverlap OverlapSearch::as_A_sees(LeastOverlap found) const {
 }
 
 std::optional<LeastOverlap> OverlapSearch::at_face() const {
-  LeastOverlap found = result();
-  const bool is_face_of_A = (touch_ == Touch::on_Q) != is_swapped_;
-  FaceDirection face;
-  face.n = found.n;
-  face.overlap = found.overlap;
-  face.face_of = is_face_of_A ? FaceDirection::Of::A : FaceDirection::Of::B;
-  face.deepest = is_face_of_A ? Vector(found.p_A - found.overlap * found.n) : found.p_A;
-  if (face.overlap > 0) {
-    if (!is_best(pair_, face)) return std::nullopt;
-    if (lead_wanted_ > 0 && is_best(pair_, face, lead_wanted_ / 2)) found.lead = lead_wanted_;
-    return found;
-  }
-  // Apart: the closest points are those if the foot is on the face.
-  if (!(inside_face(pair_, face) >= 0)) return std::nullopt;
-  found.lead = lead_by_turn(-face.overlap);
-  return found;
+  const bool is_of_A = (touch_ == Touch::on_Q) != is_swapped_;
+  return certain_at_face(pair_, result(), is_of_A ? FaceDirection::Of::A : FaceDirection::Of::B,
+                         lead_wanted_);
 }
 
 /// Of cores that are apart. What is nearest along the best direction is nearest of all, if it is

@@ -128,6 +128,7 @@ TEST_CASE("rods that cross at a small angle meet where their edges do") {
     const Manifold manifold = pair.collide(0.05);
     REQUIRE(manifold.count > 0);
     const double found = overlap(pair, manifold.normal_W);
+    // Faces are preferred by this, scaled by the thickest.
     const double scale = 0.15 / kTolerances.nominal_half_extent_m;
     const double lead =
         least > 0 ? kTolerances.edge_bias_m * scale + kTolerances.edge_bias_per_depth * found

@@ -51,7 +51,9 @@ class BoxBatch {
     int lane;
 
     struct Face {
+      int axis;
       Vector axis_W;
+      std::array<int, 2> edges;
       std::array<Vector, 2> edges_W;
     };
 
@@ -67,6 +69,7 @@ class BoxBatch {
     Face incident() const { return face(incident_pose(), block.incident[lane]); }
     void set(Manifold& manifold) const;
     double inside(const Vector& p_W) const;
+    bool are_nearest(int of_reference, int of_incident) const;
     double separation_along(const Vector& n) const;
     bool lean(Manifold& at_face, ContactPoint& point) const;
     bool counts(Manifold& at_face, double& missed) const;

@@ -149,6 +149,11 @@ void add_other_end(const Nearest& points, bool is_of_B, int axis, const Vector& 
 
 }  // namespace
 
+bool edges_are_nearest(const BoxAxes& boxes) {
+  Nearest points{boxes, {}, {}};
+  return on_edges(points);
+}
+
 bool meet_corners(const BoxAxes& boxes, const Pose& X_WA, double margin, Manifold& manifold) {
   Nearest points{boxes, {}, {}};
   const bool are_edges = on_edges(points);

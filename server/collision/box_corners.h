@@ -11,4 +11,8 @@ namespace cradle {
 /// touch: that is left to a search.
 bool meet_corners(const BoxAxes& boxes, const Pose& X_WA, double margin, Manifold& manifold);
 
+/// Whether the nearest points of boxes apart are on the two edges that `boxes` tells, where their
+/// lines are nearest. No if these are nearly parallel.
+bool edges_are_nearest(const BoxAxes& boxes);
+
 }  // namespace cradle

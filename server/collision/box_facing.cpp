@@ -37,7 +37,7 @@ ContactPoint* deepest(Manifold& manifold) {
                       : &*std::ranges::min_element(begin, end, {}, &ContactPoint::separation);
 }
 
-/// How far a point over a face is from its sides.
+/// How far a point over a face across `axis` is from its sides.
 double inside_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p_W) {
   const Vector p = X_WB.R.transpose() * (p_W - X_WB.x);
   Vector inside = to_eigen(box.half_extents_m()) - p.cwiseAbs();
@@ -48,8 +48,8 @@ double inside_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p
 }  // namespace
 
 BoxBatch::Facing::Face BoxBatch::Facing::face(const Pose& X_WB, double number) {
-  const int axis = static_cast<int>(number) / 2;
-  return {X_WB.R.col(axis), {X_WB.R.col((axis + 1) % 3), X_WB.R.col((axis + 2) % 3)}};
+  const int axis = static_cast<int>(number) / 2, e = (axis + 1) % 3, f = (axis + 2) % 3;
+  return {axis, X_WB.R.col(axis), {e, f}, {X_WB.R.col(e), X_WB.R.col(f)}};
 }
 
 void BoxBatch::Facing::set(Manifold& manifold) const {
@@ -58,8 +58,15 @@ void BoxBatch::Facing::set(Manifold& manifold) const {
 
 /// How far a point over the reference face is from its sides.
 double BoxBatch::Facing::inside(const Vector& p_W) const {
-  return inside_face(on_A() ? *pair.A : *pair.B, reference_pose(),
-                     static_cast<int>(block.reference[lane]) / 2, p_W);
+  return inside_face(on_A() ? *pair.A : *pair.B, reference_pose(), reference().axis, p_W);
+}
+
+/// Of boxes apart: whether they are nearest on edges along these axes of theirs.
+bool BoxBatch::Facing::are_nearest(int of_reference, int of_incident) const {
+  BoxAxes boxes = axes_of(block, lane);
+  boxes.edges.i = on_A() ? of_reference : of_incident;
+  boxes.edges.j = on_A() ? of_incident : of_reference;
+  return edges_are_nearest(boxes);
 }
 
 double BoxBatch::Facing::separation_along(const Vector& n) const {
@@ -78,7 +85,8 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
   const Vector along = at_face.normal_W;
   Vector best = along;
   double nearest = 0, separation = kInfinity;
-  const auto try_normal = [&](Vector n) {  // whether that is it, and no other need be tried
+  bool bears = true;
+  const auto try_normal = [&](Vector n, auto holds) {  // whether no other need be tried
     const double length2 = n.squaredNorm();
     if (!(length2 > kParallel2)) return false;
     n *= (n.dot(along) < 0 ? -1 : 1) / std::sqrt(length2);
@@ -87,22 +95,28 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
     const double sine2 = 1 - cosine * cosine, slack = 2 * block.slack[lane];
     const bool is_near = off <= 0 || off * off <= slack * slack * sine2;
     if (!(cosine > nearest && is_near)) return false;
+    // Boxes apart are nearer than the point is to the face, and farther than along n.
+    const bool is_sure = !is_apart() || (1 - cosine) * point.separation <= block.slack[lane];
+    if (!is_sure && !holds()) return false;
+    bears = is_sure;
     best = n;
     nearest = cosine;
     separation = s;
     return off <= 0;
   };
   const auto try_all = [&] {
-    if (try_normal(other.axis_W)) return;
-    for (const Vector& edge : face.edges_W) {
-      for (const Vector& other_edge : other.edges_W) {
-        if (try_normal(edge.cross(other_edge))) return;
+    if (try_normal(other.axis_W, [] { return false; })) return;
+    for (const std::size_t i : {0u, 1u}) {
+      for (const std::size_t j : {0u, 1u}) {
+        const auto holds = [&] { return are_nearest(face.edges[i], other.edges[j]); };
+        if (try_normal(face.edges_W[i].cross(other.edges_W[j]), holds)) return;
       }
     }
   };
   try_all();
   if (!(separation < kInfinity)) return false;
   at_face.normal_W = best;
+  if (!bears) at_face.lead = -1;
   for (int k = 0; k < at_face.count; ++k) {
     at_face.points[static_cast<std::size_t>(k)].separation *= nearest;
   }

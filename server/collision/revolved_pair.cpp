@@ -11,9 +11,7 @@
 //   a side and a rim                          a row of normals, two minima at most (side_arc.h)
 //   two rims                                  a patch: Newton's method (rim_patch.h)
 // M mirrored in the plane of both axes is M again, but for where it is: so the best n has n . e >=
-// 0, and of what is mirrored one is looked at. The least h of all is the least overlap. (Of two
-// cones about one centre, leaning by 1e-7 to 1e-4 rad, h was seen 35 um above it; why is not
-// known.)
+// 0, and of what is mirrored one is looked at. The least h of all is the least overlap.
 //
 // Few are looked at: with a ball of radius R inside B about c, h(n) is R at least and how far c is
 // behind the part of A that n belongs to, and the same from B. And the two rims must come nearer to

@@ -121,7 +121,10 @@ bool RevolvedPair::is_opposite(const RevolvedBody& one, const RevolvedBody& othe
   const double on = one.axis.dot(d + best_.overlap * m);
   p_one = m;
   upper_one = on > 0;
-  return std::abs(on) <= one.half_length + kRounding_m;
+  // Of a disc that is level with the side, no point need lie over the line that touches.
+  const double beside = one.axis.cross(m).dot(d);
+  return std::abs(on) <= one.half_length + kRounding_m &&
+         std::abs(beside) <= kOpposite * (one.lower + other.lower);
 }
 
 bool RevolvedPair::try_rims_beside(const Beside& beside) {

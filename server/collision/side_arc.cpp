@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kStepsMax = 40;
 constexpr double kStill = 1e-7;   // rad, of a step: the error left is about its square
-constexpr double kLeast = 1e-9;   // of d_e, beside the radius: below, f bends at the ends only
+constexpr double kLeast = 1e-9;   // of d_e, beside r q^2: below, f bends at the ends only
 constexpr double kAlong = 1e-24;  // a squared sine: along its axis a rim has no point that counts
 
 HalfAngle normalised(double c, double s) { return between({c, s}, {c, s}); }
@@ -51,26 +51,32 @@ double SideArc::point_bound(double low, double high, double up, double cosine) c
   return up * share * (up - along * cosine) - std::sqrt(u * u + e * e);
 }
 
-double SideArc::slope(const HalfAngle& at) const {
+double SideArc::to_u(const HalfAngle& at) const {
   const double along = from + turn * at.c, across2 = 1 - along * along;
-  const double of_rim = across2 > kAlong ? r * turn * along / std::sqrt(across2) : 0;
-  return (d_u + of_rim) * at.s - d_e * at.c;
+  return d_u + (across2 > kAlong ? r * turn * along / std::sqrt(across2) : 0);
 }
+double SideArc::slope(const HalfAngle& at) const { return to_u(at) * at.s - d_e * at.c; }
 
 std::size_t SideArc::minima(double low, double high, std::array<HalfAngle, 2>& found) const {
   const double square = turn * turn;
   // f'' > 0 where (k - q^2) x^2 - 2 p q x + 1 - p^2 - k > 0.
   if (r > d_e * std::abs(turn)) {  // k > q^2
-    const double root = std::cbrt(r * square / std::max(d_e, kLeast * r)), k = root * root;
+    const double root = std::cbrt(r * square / std::max(d_e, kLeast * r * square)), k = root * root;
     const double opens = k - square, half = from * turn, left = 1 - from * from - k;
     const double under = half * half - opens * left;
     if (under > 0) {
       const double width = std::sqrt(under), x_1 = (half - width) / opens,
                    x_2 = (half + width) / opens;
       if (x_1 < high && x_2 > low) {
+        const double first = std::max(x_1, low), last = std::min(x_2, high);
         std::size_t count = 0;
-        if (x_2 < high) found[count++] = least_between(at_cosine(high), at_cosine(x_2));
-        if (x_1 > low) found[count++] = least_between(at_cosine(x_1), at_cosine(low));
+        // At the plane of the axes f goes on as its mirror image: there is a minimum if it falls.
+        if (last < high || high == 1) {
+          found[count++] = least_between(at_cosine(high), at_cosine(last));
+        }
+        if (first > low || low == -1) {
+          found[count++] = least_between(at_cosine(first), at_cosine(low));
+        }
         return count;
       }
     }
@@ -80,7 +86,9 @@ std::size_t SideArc::minima(double low, double high, std::array<HalfAngle, 2>& f
 }
 
 HalfAngle SideArc::least_between(HalfAngle begin, HalfAngle end) const {
-  if (slope(begin) >= 0) return begin;
+  const double first = slope(begin);
+  // In the plane of the axes either end is level: it may be a maximum.
+  if (first > 0 || (first == 0 && to_u(begin) >= 0)) return begin;
   if (slope(end) <= 0) return end;
   const double length2 = d_u * d_u + d_e * d_e;
   HalfAngle at = length2 > 0 ? normalised(d_u, d_e) : HalfAngle{0, 1};

@@ -42,6 +42,7 @@ struct SideArc {
   std::size_t minima(double low, double high, std::array<HalfAngle, 2>& found) const;
 
  private:
+  double to_u(const HalfAngle& at) const;  // the slope but for d_e, per sine
   double slope(const HalfAngle& at) const;
   HalfAngle least_between(HalfAngle begin, HalfAngle end) const;
 };

@@ -80,7 +80,7 @@ void place(SupportFeature& feature, const Matrix& T, const Vector& origin, doubl
 /// One point in F that has the separation s: where the closest points were, or a feature that is a
 /// point itself.
 FeatureContact deepest_point(const ConvexPair& pair, const SupportFeature& A,
-                             const SupportFeature& B, const Vector& p_A_F, double s) {
+                             const SupportFeature& B, const Vector& p_A_F, double s, double slack) {
   if (A.count == 1 && B.count == 1) {
     const Vector middle = 0.5 * (A.corners[0] + B.corners[0]);
     return {{middle.x(), middle.y(), s}, middle.z(), 0, false};
@@ -93,7 +93,10 @@ FeatureContact deepest_point(const ConvexPair& pair, const SupportFeature& A,
     const Vector& p = B.corners[0];
     return {{p.x(), p.y(), s}, p.z() - 0.5 * s, B.corner_names[0], false};
   }
-  return {{p_A_F.x(), p_A_F.y(), s}, p_A_F.z() + pair.A.radius + 0.5 * s, 0, false};
+  // Of discs that are nearly level closest points tell some point of the rim.
+  const bool are_faces = A.count > 2 && B.count > 2;
+  const Vector p = are_faces ? common_point(A, B, p_A_F, slack) : p_A_F;
+  return {{p.x(), p.y(), s}, p.z() + pair.A.radius + 0.5 * s, 0, false};
 }
 
 /// At most how far a point is outside of a box or hull; of other shapes it is not known.
@@ -139,7 +142,7 @@ void find_contacts(const ConvexPair& pair, SupportFeature& A, SupportFeature& B,
   if (deepest != nullptr && deepest->p.z() < s + scale * kTolerances.witness_m) {
     deepest->p.z() = s;
   } else {
-    contacts.items[contacts.count++] = deepest_point(pair, A, B, T * p_A, s);
+    contacts.items[contacts.count++] = deepest_point(pair, A, B, T * p_A, s, slack);
   }
 }
 

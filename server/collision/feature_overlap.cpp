@@ -190,27 +190,40 @@ void overlap_line_and_disc(const SupportFeature& line, const SupportFeature& dis
   add(std::min(leave, 1.0), leave >= 1, 1, 4);
 }
 
-/// Turns the octagon of a level disc so that a corner is where the other feature is nearest to its
-/// middle: else what just reaches over the rim might miss it.
-void turn_to(SupportFeature& disc, const SupportFeature& other) {
-  const Vector c = middle_of(disc);
-  Vector nearest = other.corners[0];
+/// Of a face or line as seen along z, the point nearest to `c`: that itself if it is inside.
+Vector nearest_of_polygon(const SupportFeature& feature, const Vector& c) {
+  Vector nearest = feature.corners[0];
   double least = std::numeric_limits<double>::infinity();
-  bool is_inside = other.count > 2;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(other.count); ++k) {
-    const Vector& p = other.corners[k];
-    const Vector& q = other.corners[k + 1 < static_cast<std::size_t>(other.count) ? k + 1 : 0];
+  bool is_inside = feature.count > 2;
+  const auto count = static_cast<std::size_t>(feature.count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vector& p = feature.corners[k];
+    const Vector& q = feature.corners[k + 1 < count ? k + 1 : 0];
     const Vector way = q - p, to_c = c - p;
     const double length2 = way.head<2>().squaredNorm();
     const double t =
         length2 > 0 ? std::clamp(to_c.head<2>().dot(way.head<2>()) / length2, 0.0, 1.0) : 0;
     const double distance = (to_c - t * way).head<2>().norm();
     if (distance < least) least = distance, nearest = p + t * way;
-    is_inside = is_inside && other.normal.z() * cross(way.x(), way.y(), to_c.x(), to_c.y()) > 0;
+    is_inside = is_inside && feature.normal.z() * cross(way.x(), way.y(), to_c.x(), to_c.y()) > 0;
   }
+  return is_inside ? c : nearest;
+}
+
+Vector nearest_of(const SupportFeature& face, const Vector& p) {
+  if (!face.is_round) return nearest_of_polygon(face, p);
+  const Vector c = middle_of(face), d = p - c;
+  const double r = (face.corners[0] - c).norm(), length = d.head<2>().norm();
+  return length > r ? Vector(c + r / length * d) : p;
+}
+
+/// Turns the octagon of a level disc so that a corner is where the other feature is nearest to its
+/// middle: else what just reaches over the rim might miss it.
+void turn_to(SupportFeature& disc, const SupportFeature& other) {
+  const Vector c = middle_of(disc), nearest = nearest_of_polygon(other, c);
   const Vector from = disc.corners[0] - c, to = nearest - c;
   const double lengths = from.head<2>().norm() * to.head<2>().norm();
-  if (is_inside || !(lengths > 0)) return;
+  if (!(lengths > 0)) return;
   const double cosine = from.head<2>().dot(to.head<2>()) / lengths;
   const double sine = cross(from.x(), from.y(), to.x(), to.y()) / lengths;
   for (std::size_t k = 0; k < 8; ++k) {
@@ -318,6 +331,17 @@ void overlap_faces(const SupportFeature& A, const SupportFeature& B, double slac
 
 bool is_flush(const SupportFeature& face) {
   return face.count > 2 && std::abs(face.normal.z()) > kTolerances.flush_cosine;
+}
+
+Vector common_point(const SupportFeature& A, const SupportFeature& B, const Vector& p,
+                    double slack) {
+  const auto misses = [&](const SupportFeature& face) {
+    return (nearest_of(face, p) - p).head<2>().norm() > slack;
+  };
+  if (!(A.is_round || B.is_round) || !(misses(A) || misses(B))) return p;
+  const Vector found =
+      A.is_round ? nearest_of(B, middle_of(A)) : nearest_of_polygon(A, middle_of(B));
+  return {found.x(), found.y(), p.z()};
 }
 
 void keep_highest(SupportFeature& feature, double up) {

@@ -45,6 +45,11 @@ bool is_flush(const SupportFeature& face);
 /// several at one height any. `up` is 1, or -1 where the highest is the lowest.
 void keep_highest(SupportFeature& feature, double up);
 
+/// Of two faces in F that are flush and have a point in common as seen along z: `p`, if it is one
+/// but for `slack` (m). Else, if one is a disc, that of the other nearest to the disc's middle.
+Vector common_point(const SupportFeature& A, const SupportFeature& B, const Vector& p,
+                    double slack);
+
 /// The corners of the area in which the features overlap as seen along z, with the separation
 /// there. Both features are in F; a face of A looks along z, one of B against it. A corner up to
 /// `slack` (m) outside counts as inside. Exact but for that, and for the octagons that stand for

@@ -73,16 +73,20 @@ void find_normals(TriangleMesh& mesh) {
       slivers.push_back(static_cast<std::int32_t>(t));
     }
   }
-  // Rows of slivers one behind the other: each pass settles one at least.
-  for (bool is_settling = true; is_settling && !slivers.empty();) {
-    const auto rest = std::remove_if(slivers.begin(), slivers.end(), [&](std::int32_t t) {
-      const std::size_t k = longest_edge(mesh, mesh.triangles[index(t)]);
-      const std::int32_t u = mesh.neighbours[index(t)][k];
-      if (u >= 0) mesh.normals[index(t)] = mesh.normals[index(u)];
-      return !mesh.normals[index(t)].isZero(0);
-    });
-    is_settling = rest != slivers.end();
-    slivers.erase(rest, slivers.end());
+  // Rows of slivers one behind the other, each by the neighbour at its longest edge; where two
+  // share that, by any neighbour. Each pass settles one at least.
+  const auto take_normal = [&](std::int32_t t, std::size_t k) {
+    const std::int32_t u = mesh.neighbours[index(t)][k];
+    if (u >= 0) mesh.normals[index(t)] = mesh.normals[index(u)];
+    return !mesh.normals[index(t)].isZero(0);
+  };
+  const auto by_longest = [&](std::int32_t t) {
+    return take_normal(t, longest_edge(mesh, mesh.triangles[index(t)]));
+  };
+  const auto by_any = [&](std::int32_t t) {
+    return take_normal(t, 0) || take_normal(t, 1) || take_normal(t, 2);
+  };
+  while (std::erase_if(slivers, by_longest) > 0 || std::erase_if(slivers, by_any) > 0) {
   }
 }
 

@@ -227,6 +227,21 @@ SupportFeature SurfaceContactFinder::part_towards(const Vector& n) const {
   return part;
 }
 
+/// What is behind two triangles at a valley may be over neither: it is below the one on whose side
+/// of the plane between them it is.
+bool SurfaceContactFinder::is_below_valley(const SurfaceTriangle& t, const Over& over,
+                                           const Vector& p) const {
+  if (over.height(p) >= 0) return false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (over.inside(k, p) >= -seam_) continue;
+    const std::int32_t beyond = surface_.neighbour(t, k);
+    if (over.is_active_edge[k] || beyond < 0) return false;
+    const Vector between = t.normal + surface_.triangle(beyond).normal;
+    if (between.cross(t.edge(k)).dot(p - t.corners[k]) < -seam_) return false;
+  }
+  return true;
+}
+
 /// Contacts along n; none deeper than `least`.
 void SurfaceContactFinder::add_face_points(const SurfaceTriangle& t, const Over& over,
                                            bool corners_only, double least) {
@@ -238,7 +253,7 @@ void SurfaceContactFinder::add_face_points(const SurfaceTriangle& t, const Over&
   };
   const auto count = static_cast<std::size_t>(part.count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (over.inside(part.corners[i]) >= -seam_) {
+    if (over.inside(part.corners[i]) >= -seam_ || is_below_valley(t, over, part.corners[i])) {
       add_at(part.corners[i], name_of_corner(part.corner_names[i]));
     }
   }

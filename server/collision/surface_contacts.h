@@ -87,6 +87,8 @@ class SurfaceContactFinder {
   void add_vertices(const SurfaceTriangle& t, const Over& over, const SupportFeature& face);
   struct Touch;
   void add_face_of_least(const SurfaceTriangle& t, const Over& over, const Touch& touch);
+  bool is_below_valley(const SurfaceTriangle& t, const Over& over, const Vector& p) const;
+  bool is_at_top(const SurfaceTriangle& t, const Touch& touch) const;
   bool add_edge_or_vertex(const SurfaceTriangle& t, Touch& touch);
   Nearest add_nearest(const SurfaceTriangle& t, const std::array<Vector, 3>& seen, const Over& over,
                       double& least);

@@ -209,6 +209,15 @@ void SurfaceContactFinder::add_face_of_least(const SurfaceTriangle& t, const Ove
   add_point(t, touch.normal, p - touch.normal * (shape_.radius + 0.5 * s), s, 0);
 }
 
+/// Of an edge that is level and cannot be felt, C may touch all but the end.
+bool SurfaceContactFinder::is_at_top(const SurfaceTriangle& t, const Touch& touch) const {
+  if (!touch.top.is_level) return true;
+  Vector d = t.corners[touch.top.vertex] - (X_SC_.x + X_SC_.R * touch.found.p_A);
+  d -= touch.normal.dot(d) * touch.normal;
+  const double slack = touch.scale * kTolerances.clip_slack_m;
+  return d.squaredNorm() <= slack * slack;
+}
+
 /// False, and nothing is added, if C passes the end of an edge whose wedge was searched.
 bool SurfaceContactFinder::add_edge_or_vertex(const SurfaceTriangle& t, Touch& touch) {
   const Matrix T = frame_along(touch.found.n);
@@ -286,7 +295,9 @@ SurfaceContactFinder::Nearest SurfaceContactFinder::add_nearest(const SurfaceTri
   const TopPart& top = touch.top;
   constexpr double kSine = kTolerances.wedge_sine;
   touch.is_edge = top.is_level && admits_edge(surface_, t, top.edge, touch.normal, kSine);
-  if (!touch.is_edge && !admits_vertex(surface_, t, top.vertex, touch.normal, kSine)) {
+  const bool is_vertex = !touch.is_edge && is_at_top(t, touch) &&
+                         admits_vertex(surface_, t, top.vertex, touch.normal, kSine);
+  if (!touch.is_edge && !is_vertex) {
     std::size_t edge = 0;
     if (!(least < 0) || !find_in_wedges(surface_, t, pair, X_SC_.R, touch.found, edge)) {
       return Nearest::none;

@@ -96,9 +96,8 @@ class Bounces final : public BallSurroundings {
     };
     if (balls_.are_apart) {
       balls_.grid.note(number, events_.balls[index(number)]);
-      balls_.grid.for_each_near(number, now, [&](std::int32_t other) {
-        if (!is_out(other)) meet(balls_.slots[index(other)]);
-      });
+      balls_.grid.for_each_near(number, now,
+                                [&](std::int32_t other) { meet(balls_.slots[index(other)]); });
     }
     const Aabb way = way_of(number, now);
     Aabb& known = box_of(number);
@@ -310,6 +309,17 @@ class Bounces final : public BallSurroundings {
       const bool has_deviated = events_.balls[index(one.ball)].impacts > 0;
       if (!has_deviated || s_.fast.is_fast[index(slot)] == 0) continue;
       balls_.passed_by.push_back({std::min(slot, one.slot), std::max(slot, one.slot)});
+    }
+    if (any_is_out_) list_parted_balls();
+  }
+
+  /// Of which one is out: either may have deviated into the other since they were told apart.
+  void list_parted_balls() {
+    for (const BallPair& pair : events_.pairs) {
+      if (pair.b < 0 || is_out(pair.a) == is_out(pair.b)) continue;
+      const std::int32_t a = balls_.slots[index(pair.a)], b = balls_.slots[index(pair.b)];
+      if (s_.fast.is_fast[index(a)] == 0 && s_.fast.is_fast[index(b)] == 0) continue;
+      balls_.passed_by.push_back({std::min(a, b), std::max(a, b)});
     }
   }
 

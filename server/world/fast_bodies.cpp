@@ -175,9 +175,11 @@ void count(FastBodies& fast, const TimeOfImpact& found) {
 
 namespace {
 
-/// See BodyArrays; of a body whose shape is round about z.
+/// See BodyArrays; of a body whose shape is round about z. 0 where that axis misses Bcm: then what
+/// turns about it is seen.
 double axial_share(const BodyTable& bodies, std::size_t i) {
-  const Vector& J = bodies.inertia[i];
+  const Vector &J = bodies.inertia[i], &p = bodies.p_BoBcm[i];
+  if (p.x() != 0 || p.y() != 0) return 0;
   const Vector axis =
       bodies.q[i].conjugate() * Vector(bodies.frame(i).q_WB * Vector::UnitZ());  // in P
   Eigen::Index along = 0;

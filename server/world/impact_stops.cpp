@@ -179,11 +179,18 @@ class Stops {
       c.time = found[k].kind == TimeOfImpact::Kind::none ? 1 : found[k].time;
       for (const std::int32_t slot : {c.pair.a, c.pair.b}) {
         Mover* one = mover(slot);
-        if (one == nullptr || one->path.until <= c.time) continue;
-        one->path.until = c.time;
+        if (one == nullptr) continue;
         const std::int32_t other = slot == c.pair.a ? c.pair.b : c.pair.a;
-        one->carrier = s_.bodies.kind[index(other)] == BodyKind::kinematic ? other : -1;
-        stopped.push_back(slot);
+        const bool carries = s_.bodies.kind[index(other)] == BodyKind::kinematic && c.time < 1;
+        if (c.time < one->path.until) {
+          one->path.until = c.time;
+          one->carrier = -1;
+          stopped.push_back(slot);
+        }
+        if (carries && one->carrier < 0) {  // it may come to where another has stopped it
+          one->carrier = other;
+          one->carried_from = c.time;
+        }
       }
     }
     std::sort(stopped.begin(), stopped.end());
@@ -255,7 +262,7 @@ class Stops {
     const Momentum before = momentum_before(s_, i);
     const double kinetic_J = momentum_of(s_, i).kinetic_J;
     Pose X = moved(mover.path, s_.poses[i], t);
-    if (mover.carrier >= 0) X = carried(X, mover.carrier, t);
+    if (mover.carrier >= 0) X = carried(X, mover.carrier, mover.carried_from);
     bodies.place(i, {X.x, normalised(Rotation(X.R))});
     ++s_.fast.stopped;
     if (mover.flew_fast) {

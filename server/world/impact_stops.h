@@ -3,8 +3,9 @@
 /// Bodies that stop change what others hit. So pairs are looked at anew until nothing changes, in
 /// the order of slots; bodies whose pairs still change after kSweepsMax sweeps stay where the tick
 /// began, and are counted. A stop only ever shortens a way. Static, kinematic and slow bodies never
-/// stop: a slow one cannot get past a fast one that has stopped. What stops for a kinematic body
-/// goes along with it from there: else that would pass over it.
+/// stop: a slow one cannot get past a fast one that has stopped. What a kinematic body hits goes
+/// along with it from there, also where another has stopped it before: else that would pass over
+/// it.
 ///
 /// A body that flew has the velocity it had when it stopped; one in contact, which has had its
 /// impulses, keeps the one it has. What loads have given it on the way that it did not go is taken
@@ -28,9 +29,9 @@ struct ImpactStops {
     std::size_t slot;
     Path path;  // `until` is where it stops
     bool flew_fast;
-    Vector v_start, w_start;  // if so: before it moved
-    std::int32_t carrier =
-        -1;  // slot of the kinematic body that it stopped for, and goes along with
+    Vector v_start, w_start;    // if so: before it moved
+    std::int32_t carrier = -1;  // slot of the kinematic body that it goes along with,
+    double carried_from = 0;    // of the tick
   };
 
   struct Candidate {

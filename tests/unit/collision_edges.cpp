@@ -131,3 +131,38 @@ TEST_CASE("the sides of cones fall away as the cone is wide there") {
   }
   CHECK(ends > 300);
 }
+
+TEST_CASE("discs that are level but for rounding, and only just over another face, touch in both") {
+  // No corner of the face was over the other's, and the point of the rim that seemed deepest stood
+  // up to 10 m outside.
+  Random random(94);
+  int few = 0;
+  for (const bool is_cylinder : {false, true}) {
+    for (int trial = 0; trial < 3000; ++trial) {
+      CAPTURE(is_cylinder, trial);
+      const double r = random.uniform(0.1, 1.5), a = random.uniform(0.02, 1);
+      const Solid other = is_cylinder ? Solid(Shape::cylinder(a, 0.2)) : hull_of_box({a, a, 0.2});
+      const Pose all{random.vector(1), random.rotation()};
+      const double tilt = std::pow(10, random.uniform(-10, -6));
+      const Matrix lean = about(random.direction(), tilt);
+      // Beside each other but for a lens of that width; a quarter turn: the hull's corner first.
+      const double reach = is_cylinder ? a : a * std::sqrt(2.0);
+      const double width = std::pow(10, random.uniform(-4, -1)) * std::min(r, a);
+      const double depth = random.uniform(0, 1e-3);
+      const Vector x(r + reach - width, 0, 0.5 - depth);
+      const Pair pair{Shape::cylinder(r, 0.3),
+                      other,
+                      all,
+                      {all.x + all.R * x, all.R * lean * about(Vector::UnitZ(), kQuarter)}};
+      const Manifold manifold = pair.collide(kMargin);
+      REQUIRE(manifold.count > 0);
+      for (const ContactPoint& point : points(manifold)) {
+        const double slack = std::abs(point.separation) / 2 + kTolerances.clip_slack_m;
+        REQUIRE(outside(pair.A, pair.X_WA, point.p_W) <= slack);
+        REQUIRE(outside(pair.B, pair.X_WB, point.p_W) <= slack);
+      }
+      few += manifold.count == 1;
+    }
+  }
+  CHECK(few > 100);
+}

@@ -4,7 +4,8 @@
 // Smith et al. (2012) for what is struck at once (reflections.h). The bounces of one ball on an
 // obstacle are a geometric series: with outgoing speed v and acceleration a into it, they end after
 //   T = 2 v / (a (1 - e)),
-// and if the tick lasts longer, the ball is at rest on it at the tick's end.
+// and if the tick lasts longer, the ball is at rest on it at the tick's end: it slides along it,
+// with what the obstacle leaves of gravity, into what else is in its way.
 // Friction acts once an impact: lambda_t = min(mu lambda, |vt| / K_t), exact for a ball against one
 // contact, since its normal and tangential velocities do not depend on each other.
 // Order: none; exact to rounding, but for friction in sets of several contacts (one after the
@@ -24,6 +25,8 @@ namespace {
 /// Impacts of one ball in a tick, from which on it loses its restitution; and after as many again
 /// it stays where it is for the rest of the tick ("inelastic collapse").
 constexpr int kImpactsMax = 64;
+/// Motion along an obstacle: what rounding leaves across it, of speed and of gravity.
+constexpr double kLevel = 1e-9;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
@@ -40,6 +43,22 @@ double BallEvents::time_of(const BallPair& pair, double now) const {
   const Ball& a = balls[index(pair.a)];
   return pair.b >= 0 ? impact_time(a, balls[index(pair.b)], now, dt_)
                      : impact_time(a, obstacles[index(~pair.b)], g_, now, dt_);
+}
+
+/// Of a ball that rests on one obstacle, with another.
+double BallEvents::time_along(const BallPair& pair, double now) const {
+  const Obstacle& obstacle = obstacles[index(~pair.b)];
+  const Vector free = g_ - struck[index(pair.a)].held, x = position(pair.a, now),
+               v = velocity(pair.a, now);
+  Ball a = balls[index(pair.a)];
+  const NearestPlane plane = nearest_plane(obstacle, x);
+  const bool is_held = plane.distance <= (1 + kStruckTogether) * a.radius &&
+                       -plane.n.dot(v) <= kLevel * (v.norm() + dt_ * g_.norm()) &&
+                       -plane.n.dot(free) <= kLevel * g_.norm();
+  if (is_held) return kNever;
+  a.v = v - now * free;
+  a.x = x - now * a.v - 0.5 * now * now * free;
+  return impact_time(a, obstacle, free, now, dt_);
 }
 
 double BallEvents::first_time(const BallPair& pair) const { return time_of(pair, 0); }
@@ -99,8 +118,7 @@ void BallEvents::foresee(std::int32_t k, double now) {
   const Ball* b = partner(pair);
   if (is_out_[index(pair.a)] != 0 || (b != nullptr && is_out_[index(pair.b)] != 0)) return;
   if (std::max(a.impacts, b != nullptr ? b->impacts : 0) > 2 * kImpactsMax) return;
-  if (b == nullptr && rests(pair.a)) return;
-  const double time = time_of(pair, now);
+  const double time = b == nullptr && rests(pair.a) ? time_along(pair, now) : time_of(pair, now);
   if (time == kNever) return;
   due_.push_back({time, k, a.impacts, b != nullptr ? b->impacts : 0});
   std::ranges::push_heap(due_, is_later);
@@ -123,7 +141,7 @@ void BallEvents::strike(std::int32_t pair, double t, BallSurroundings& surroundi
   for (const std::int32_t number : changed_) {
     Ball& ball = balls[index(number)];
     const std::size_t place = index(std::exchange(place_[index(number)], -1));
-    struck[index(number)].rests_on = Vector::Zero();
+    struck[index(number)].held = Vector::Zero();
     ball.v = v_[place] - t * g_;
     ball.x = x_[place] - t * ball.v - 0.5 * t * t * g_;
     if (++ball.impacts == 2 * kImpactsMax + 1) stay(ball, x_[place]);
@@ -333,18 +351,24 @@ void BallEvents::rest_if_due(const Contact& contact, double t) {
   const BallPair& pair = pairs[index(contact.pair)];
   if (pair.b >= 0) return;
   Ball& ball = balls[index(pair.a)];
+  Vector& held = struck[index(pair.a)].held;
   const Vector n = -contact.n;
-  const double a = -n.dot(g_);
+  const double a = -n.dot(g_ - held);
   const double leaving = n.dot(velocity(pair.a, t));
   const double left = dt_ - t;
   if (!(a > 0) || !(2 * leaving <= a * (1 - restitution(contact)) * left)) return;
-  const Vector x = position(pair.a, t), v = velocity(pair.a, t);
-  const Vector along = g_ + a * n;
-  const Vector v_end = v - leaving * n + left * along;
-  const Vector x_end = x + left * (v - leaving * n) + 0.5 * left * left * along;
-  ball.v = v_end - dt_ * g_;
+  const Vector x = position(pair.a, t);
+  Vector v = velocity(pair.a, t) - leaving * n;
+  Vector along = g_ - n.dot(g_) * n;
+  if (along.dot(held) > 0) {  // on both, in the groove between them
+    const Vector groove = n.cross(held).normalized();
+    v = groove.dot(v) * groove;
+    along = groove.dot(g_) * groove;
+  }
+  held = g_ - along;
+  const Vector x_end = x + left * v + 0.5 * left * left * along;
+  ball.v = v + left * along - dt_ * g_;
   ball.x = x_end - dt_ * ball.v - 0.5 * dt_ * dt_ * g_;
-  struck[index(pair.a)].rests_on = n;
 }
 
 }  // namespace cradle

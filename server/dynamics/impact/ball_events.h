@@ -66,6 +66,7 @@ class BallEvents {
   };
 
   double time_of(const BallPair& pair, double now) const;
+  double time_along(const BallPair& pair, double now) const;
   static bool is_later(const Due& one, const Due& other);
   const Ball* partner(const BallPair& pair) const;
   void link_new_pairs();
@@ -104,23 +105,21 @@ class BallEvents {
 
 inline bool BallEvents::rests(std::int32_t number) const {
   const auto i = static_cast<std::size_t>(number);
-  return balls[i].impacts > 0 && !struck[i].rests_on.isZero(0);
+  return balls[i].impacts > 0 && !struck[i].held.isZero(0);
 }
 
 inline Vector BallEvents::position(std::int32_t number, double t) const {
   const Ball& ball = balls[static_cast<std::size_t>(number)];
   const Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
   if (!rests(number)) return x;
-  const Vector& n = struck[static_cast<std::size_t>(number)].rests_on;
   const double left = dt_ - t;
-  return x - 0.5 * left * left * n.dot(g_) * n;
+  return x - 0.5 * left * left * struck[static_cast<std::size_t>(number)].held;
 }
 
 inline Vector BallEvents::velocity(std::int32_t number, double t) const {
   const Vector v = balls[static_cast<std::size_t>(number)].v + t * g_;
   if (!rests(number)) return v;
-  const Vector& n = struck[static_cast<std::size_t>(number)].rests_on;
-  return v - n.dot(v) * n;
+  return v + (dt_ - t) * struck[static_cast<std::size_t>(number)].held;
 }
 
 }  // namespace cradle

@@ -23,10 +23,10 @@ static_assert(sizeof(Ball) == 64);
 struct StruckBall {
   Vector w;                              ///< rad/s
   Rotation turn = Rotation::Identity();  ///< where it is, as if it had turned by w always
-  Vector rests_on =
-      Vector::Zero();          ///< normal of the obstacle that holds it until the tick ends, or 0
-  double inverse_mass = 0;     ///< 1/kg
-  double inverse_inertia = 0;  ///< 1/(kg m^2)
+  Vector held = Vector::Zero();  ///< m/s^2: of gravity, what obstacles that it rests on hold
+                                 ///< until the tick ends
+  double inverse_mass = 0;       ///< 1/kg
+  double inverse_inertia = 0;    ///< 1/(kg m^2)
 };
 
 /// A static convex body: half-space, box, sphere or capsule.

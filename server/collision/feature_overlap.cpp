@@ -308,7 +308,12 @@ void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slac
   }
   if (!has_crossing) return;
   const Vector p = A.corners[0] + a * crossing_A;
-  contacts.add(p.x(), p.y(), z_A, z_B, name_crossing(A.edge_names[0], B.edge_names[0]));
+  // At an end it is that end: a name of its own would change ends as the lines turn.
+  const std::size_t end = contacts.find(slack, p.x(), p.y());
+  const std::uint32_t name = end < contacts.count ? contacts.items[end].name
+                                                  : name_crossing(A.edge_names[0], B.edge_names[0]);
+  if (end < contacts.count) contacts.items[end] = contacts.items[--contacts.count];
+  contacts.add(p.x(), p.y(), z_A, z_B, name);
 }
 
 void overlap_faces(const SupportFeature& A, const SupportFeature& B, double slack,

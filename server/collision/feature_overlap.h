@@ -30,10 +30,16 @@ struct FeatureContacts {
   void add(double x, double y, double z_A, double z_B, std::uint32_t name) {
     items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name, false};
   }
-  bool any_within(double distance, double x, double y) const {
-    return std::ranges::any_of(std::span(items).first(count), [&](const FeatureContact& c) {
+  /// The first that near, as seen along z; or `count`.
+  std::size_t find(double distance, double x, double y) const {
+    const auto is_near = [&](const FeatureContact& c) {
       return std::abs(c.p.x() - x) <= distance && std::abs(c.p.y() - y) <= distance;
-    });
+    };
+    return static_cast<std::size_t>(std::find_if(items.begin(), items.begin() + count, is_near) -
+                                    items.begin());
+  }
+  bool any_within(double distance, double x, double y) const {
+    return find(distance, x, y) < count;
   }
   std::span<FeatureContact> used() { return std::span(items).first(count); }
 };

@@ -53,7 +53,8 @@ class Ranking {
 /// Brings to the front the four that carry most: the deepest, the farthest from it, and those two
 /// that then add most area, which are on both sides if there are points on both. Of a candidate p
 /// only `p.p` counts: x and y its place across the normal, z its separation, all in m. More than
-/// four are given, and no more than 128.
+/// four are given, and no more than 128. The first gets the least separation of all, from which it
+/// is no farther than a tie.
 template <typename Candidate>
 void bring_best_four(std::span<Candidate> candidates) {
   Ranking r{std::span<const Candidate>(candidates)};
@@ -83,8 +84,9 @@ void bring_best_four(std::span<Candidate> candidates) {
     const double of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
     return -std::min(std::min(of_q, of_r), turn * area - of_q - of_r);
   });
-  const std::array<Candidate, 4> best = {candidates[r.number[0]], candidates[r.number[1]],
-                                         candidates[r.number[2]], candidates[r.number[3]]};
+  std::array<Candidate, 4> best = {candidates[r.number[0]], candidates[r.number[1]],
+                                   candidates[r.number[2]], candidates[r.number[3]]};
+  best[0].p.z() = *std::min_element(r.z.begin(), r.z.begin() + r.count);
   std::ranges::copy(best, candidates.begin());
 }
 

@@ -11,6 +11,7 @@
 // The others: a capsule has its two ends or one, a cylinder four points of a rim or two of its
 // side, a cone likewise, an ellipsoid the point whose normal is n, a hull up to four corners of a
 // face. The deepest point of the shape is always among them. The feature is the name of the corner.
+#include <algorithm>
 #include <cmath>
 
 #include "server/collision/four_points.h"
@@ -75,6 +76,12 @@ Manifold convex_half_space(const Collider& convex, const Collider& half_space, d
   if (points.size() > kManifoldPoints) {
     bring_best_four(points);
     points = points.first(kManifoldPoints);
+  }
+  if (feature.is_round && !points.empty()) {  // of a level disc, between two corners
+    const Vector down = -R_A.row(2).transpose();
+    double& least =
+        std::ranges::min_element(points, {}, [](const Corner& c) { return c.p.z(); })->p.z();
+    least = std::min(least, height - shape.radius - down.dot(shape.support(down, hint)));
   }
   Manifold manifold;
   const Vector u_W = half_space.X_WB.R.col(2);

@@ -77,7 +77,7 @@ void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& man
     for (std::size_t i = 0; i < k; ++i) {
       if (manifold.points[i].feature == name) name += 2, i = static_cast<std::size_t>(-1);
     }
-    manifold.points[k] = {X_WS.x + X_WS.R * c.p, c.separation, name};
+    manifold.points[k] = {X_WS.x + X_WS.R * c.p, chosen[k].p.z(), name};
   }
 }
 

@@ -55,8 +55,8 @@ TEST_CASE("two slivers that share their longest edge carry") {
                    {0, -size, 0}},
                   {{0, 1, 2}, {1, 0, 3}, {0, 2, 4}, {2, 1, 4}, {0, 5, 3}, {3, 5, 1}});
       REQUIRE(plane);
-      const auto manifolds =
-          touch(plane, Shape::sphere(0.1 * size), {{0, width / 3, 0.09 * size}, {}});
+      const auto manifolds = touch(plane, Shape::sphere(0.1 * size),
+                                   {{0, width / 3, 0.09 * size}, Matrix::Identity()});
       REQUIRE(manifolds.size() == 1);
       CHECK(manifolds[0].normal_W.isApprox(Vector(Vector::UnitZ()), 1e-9));
       CHECK(deepest_of(manifolds) == Approx(0.01 * size).epsilon(1e-9));

@@ -11,7 +11,9 @@
 // the set of all points of A less those of B. The line along the preferred normal through that
 // point leaves M by a face, of which all points are as deep along its normal as the boxes overlap:
 // so the depth is exact, and the normal turns by no more than the faces lean to each other, but for
-// edges that cross at a small angle.
+// edges that cross at a small angle. Of boxes apart such a normal may part them by far less than
+// they are apart: it counts only if it cannot be off by more than the slack, or if the boxes are
+// nearest where these edges cross.
 #include <algorithm>
 #include <cmath>
 #include <limits>

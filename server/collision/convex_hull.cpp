@@ -43,20 +43,19 @@ std::string flatness(std::span<const Vector> points) {
   constexpr const char* kWanted =
       "; a hull must be wider than 1e-4 m in every direction, and than 1e-7 of its length";
   constexpr double kThinnest = 1e-7;
+  const auto flat = [&](const char* how) { return std::string(how).append(kWanted); };
   const Vector a = points[0];
   const auto [length, b] = largest(points, [&](const Vector& p) { return (p - a).norm(); });
-  if (!(length > limits::kSizeMin_m)) {
-    return std::string("the points are all at one place") + kWanted;
-  }
+  if (!(length > limits::kSizeMin_m)) return flat("the points are all at one place");
   const double least = std::max(limits::kSizeMin_m, kThinnest * length);
   const Vector along = (b - a).normalized();
   const auto [width, c] =
       largest(points, [&](const Vector& p) { return along.cross(p - a).norm(); });
-  if (!(width > least)) return std::string("the points are all on one line") + kWanted;
+  if (!(width > least)) return flat("the points are all on one line");
   const Vector normal = along.cross(c - a).normalized();
   const double thickness =
       largest(points, [&](const Vector& p) { return std::abs(normal.dot(p - a)); }).first;
-  if (!(thickness > least)) return std::string("the points are all in one plane") + kWanted;
+  if (!(thickness > least)) return flat("the points are all in one plane");
   return {};
 }
 

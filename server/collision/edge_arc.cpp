@@ -4,7 +4,8 @@
 // a' its derivative as n turns; r and z the radius and height of a rim, w from its middle to p.
 //   h(n) = n . w + r sqrt(1 - a^2)                                     of one rim
 //   h'   = n' . w - r a a' / sqrt(1 - a^2)
-//   h''  = r (1 - a^2 - a'^2) / (1 - a^2)^(3/2) - h
+//   h''  = r (1 - a^2 - a'^2) / (1 - a^2)^(3/2) - h,
+// where 1 - a^2 - a'^2 is the square of b's share along the edge.
 // The overlap is the larger one of both rims. They are the same along the normals of the sides,
 // which are where a / sqrt(1 - a^2) is what it is for all sides: two at most, in closed form.
 //
@@ -28,6 +29,8 @@ constexpr double kSameCosine = 0.985;
 constexpr double kAsLow_m = 1e-11;
 constexpr double kAlong = 1e-24;  // a squared sine: along the axis a rim has no point that counts
 
+double square(double x) { return x * x; }
+
 }  // namespace
 
 EdgeArc::EdgeArc(const Revolved& body, const Vector& p, const Vector& m, const Vector& n,
@@ -40,6 +43,7 @@ EdgeArc::EdgeArc(const Revolved& body, const Vector& p, const Vector& m, const V
       half_length_(body.half_length),
       axis_e_(e_.dot(body.axis)),
       axis_f_(f_.dot(body.axis)),
+      axis_along2_(square(e_.cross(f_).dot(body.axis))),
       best_(most) {
   const Vector w = p - body.middle;
   const double w_e = e_.dot(w), w_f = f_.dot(w);
@@ -57,12 +61,12 @@ EdgeArc::At EdgeArc::at(double c, double s, bool of_upper) const {
   const double r = radii_[of_upper], w_e = w_e_[of_upper], w_f = w_f_[of_upper];
   At at{c, s, c * w_e + s * w_f, c * w_f - s * w_e, 0};
   const double along = c * axis_e_ + s * axis_f_, turn = c * axis_f_ - s * axis_e_;
-  const double across2 = 1 - along * along;
+  const double across2 = turn * turn + axis_along2_;  // 1 - a^2 would be rounding where a is 1
   if (r > 0 && across2 > kAlong) {
     const double across = std::sqrt(across2), share = r / across;
     at.h += share * across2;
     at.slope -= share * along * turn;
-    at.bend = share * (across2 - turn * turn) / across2;
+    at.bend = share * axis_along2_ / across2;
   }
   at.bend -= at.h;
   return at;

@@ -25,11 +25,15 @@ struct Revolved {
   bool is_upper(double along, double across) const {
     return 2 * half_length * along + (lower - upper) * across < 0;
   }
-  /// The point of a rim that is farthest against the unit vector n.
+  /// The point of a rim that is farthest against the unit vector n; the middle if n is along the
+  /// axis but for rounding.
   Vector deepest(const Vector& n, bool of_upper) const {
-    const double along = n.dot(axis), across = std::sqrt(std::max(0.0, 1 - along * along));
-    const double scale = across > 0 ? -radius(of_upper) / across : 0;
-    return middle_of(of_upper) + scale * (n - along * axis);
+    constexpr double kRounding = 1e-14;  // a sine
+    const Vector out = n - n.dot(axis) * axis;
+    // Twice: nearly along the axis the first leaves rounding, and 1 - (n . axis)^2 is nothing else.
+    const Vector across = out - out.dot(axis) * axis;
+    const double sine = across.norm();
+    return middle_of(of_upper) - (sine > kRounding ? radius(of_upper) / sine : 0) * across;
   }
 };
 
@@ -67,7 +71,7 @@ class EdgeArc {
   const Vector e_, f_;  ///< unit; the arc begins at e and turns toward f
   const double end_c_, end_s_;
   const std::array<double, 2> radii_;
-  const double half_length_, axis_e_, axis_f_;
+  const double half_length_, axis_e_, axis_f_, axis_along2_;  ///< the last: along the edge, squared
   std::array<double, 2> w_e_, w_f_;  ///< from the middle of each rim to the edge
   double best_, best_c_ = 1, best_s_ = 0;
   Rim rim_ = Rim::lower;

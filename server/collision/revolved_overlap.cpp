@@ -39,6 +39,7 @@
 #include "server/collision/polish.h"
 #include "server/collision/polytope_faces.h"
 #include "server/collision/polytope_search.h"
+#include "server/collision/revolved_body.h"
 
 namespace cradle {
 namespace {
@@ -81,14 +82,9 @@ class RevolvedSearch {
         P_(is_swapped_ ? pair.B : pair.A),
         Q_(is_swapped_ ? pair.A : pair.B),
         faces_(P_),
-        body_{is_swapped_ ? Vector(pair.R.row(2)) : Vector(pair.R.col(2)),
-              is_swapped_ ? Vector(-(pair.R.transpose() * pair.t)) : pair.t, Q_.size.x(),
-              Q_.kind == ShapeKind::cone ? 0 : Q_.size.x(), Q_.size.y()},
-        centre_(body_.middle + Q_.centre.z() * body_.axis),
-        side_(std::sqrt(4 * Q_.size.y() * Q_.size.y() +
-                        (body_.lower - body_.upper) * (body_.lower - body_.upper))),
-        side_out_(2 * Q_.size.y() / side_),
-        side_up_((body_.lower - body_.upper) / side_) {}
+        body_(Q_, is_swapped_ ? Vector(pair.R.row(2)) : Vector(pair.R.col(2)),
+              is_swapped_ ? Vector(-(pair.R.transpose() * pair.t)) : pair.t),
+        centre_(body_.middle + Q_.centre.z() * body_.axis) {}
 
   static bool is_revolved(const ConvexShape& shape) {
     return shape.kind == ShapeKind::cone || shape.kind == ShapeKind::cylinder;
@@ -144,10 +140,8 @@ class RevolvedSearch {
   const bool is_swapped_;
   const ConvexShape &P_, &Q_;
   const PolytopeFaces faces_;
-  const Revolved body_;
-  const Vector centre_;              ///< of a ball inside Q
-  const double side_;                ///< m, from rim to rim
-  const double side_out_, side_up_;  ///< of the unit normal of a side: out from the axis, along it
+  const RevolvedBody body_;
+  const Vector centre_;  ///< of a ball inside Q
   std::array<Behind, kFacesMax> behind_;
   std::array<bool, kFacesMax> is_known_{};
   std::array<double, kFacesMax + 1> inside_;  ///< m, of each face: how far the centre is behind it
@@ -275,14 +269,14 @@ void RevolvedSearch::try_vertex(std::size_t v) {
   Vector out = d - z * body_.axis;
   const double from_axis = out.norm();
   const double x = from_axis - body_.lower, y = z + h;  // from the lower rim
-  double n_out = side_out_, n_up = side_up_, overlap = -(n_out * x + n_up * y);
+  double n_out = body_.out, n_up = body_.up, overlap = -(n_out * x + n_up * y);
   if (!(overlap < best_.overlap)) return;
   if (overlap < 0) {
     const double up_the_side = n_out * y - n_up * x;
     double to_out = 0, to_up = 0;
     if (up_the_side < 0) {
       to_out = x, to_up = y;
-    } else if (up_the_side > side_) {
+    } else if (up_the_side > body_.length) {
       to_out = from_axis - body_.upper, to_up = z - h;
     }
     const double length = std::sqrt(to_out * to_out + to_up * to_up);
@@ -414,8 +408,9 @@ bool RevolvedSearch::finish_at_edge(Vector& p) const {
   return is_inside && on >= 0 && on <= 1;
 }
 
-/// Of what is apart the closest points are known if each is on the part that was taken for it;
-/// else they are found from here.
+/// Of what is apart the closest points are known if each is on the part that was taken for it, and
+/// no farther from the other than told; else they are found from here. (Along the axis but for
+/// rounding a rim is a kink, which Newton's method may take for a minimum.)
 std::optional<LeastOverlap> RevolvedSearch::result() {
   Vector p;
   const bool is_certain = finish_on_P(p);
@@ -423,7 +418,8 @@ std::optional<LeastOverlap> RevolvedSearch::result() {
     // Where a side or a cap lies along a face, what is deepest may be any of many points.
     return is_certain ? std::optional(as_A_sees(p, -1)) : std::nullopt;
   }
-  if (is_certain) return as_A_sees(p, lead_by_turn(-best_.overlap));
+  if (is_certain && (p - body_.nearest(p)).norm() < kSure_m - best_.overlap)
+    return as_A_sees(p, lead_by_turn(-best_.overlap));
   const Vector n = as_A_sees(p, 0).n;
   Simplex simplex;
   simplex.corners[0] = support(pair_, n, hints_);

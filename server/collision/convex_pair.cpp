@@ -80,23 +80,23 @@ void place(SupportFeature& feature, const Matrix& T, const Vector& origin, doubl
 /// One point in F that has the separation s: where the closest points were, or a feature that is a
 /// point itself.
 FeatureContact deepest_point(const ConvexPair& pair, const SupportFeature& A,
-                             const SupportFeature& B, const Vector& p_A_F, double s, double slack) {
+                             const SupportFeature& B, const Vector& p_A_F, double s, double slack,
+                             const FeatureContacts& others) {
+  const auto at = [&](const Vector& p, double height) {
+    std::uint32_t name = name_of_point(A, B, others.B_names, p.x(), p.y(), slack, 0);
+    if (others.find(name) < others.count) name = 0;
+    return FeatureContact{{p.x(), p.y(), s}, height, name, false};
+  };
   if (A.count == 1 && B.count == 1) {
     const Vector middle = 0.5 * (A.corners[0] + B.corners[0]);
-    return {{middle.x(), middle.y(), s}, middle.z(), 0, false};
+    return at(middle, middle.z());
   }
-  if (A.count == 1) {
-    const Vector& p = A.corners[0];
-    return {{p.x(), p.y(), s}, p.z() + 0.5 * s, A.corner_names[0], false};
-  }
-  if (B.count == 1) {
-    const Vector& p = B.corners[0];
-    return {{p.x(), p.y(), s}, p.z() - 0.5 * s, B.corner_names[0], false};
-  }
+  if (A.count == 1) return at(A.corners[0], A.corners[0].z() + 0.5 * s);
+  if (B.count == 1) return at(B.corners[0], B.corners[0].z() - 0.5 * s);
   // Of discs that are nearly level closest points tell some point of the rim.
   const bool are_faces = A.count > 2 && B.count > 2;
   const Vector p = are_faces ? common_point(A, B, p_A_F, slack) : p_A_F;
-  return {{p.x(), p.y(), s}, p.z() + pair.A.radius + 0.5 * s, 0, false};
+  return at(p, p.z() + pair.A.radius + 0.5 * s);
 }
 
 /// At most how far a point is outside of a box or hull; of other shapes it is not known.
@@ -142,8 +142,16 @@ void find_contacts(const ConvexPair& pair, SupportFeature& A, SupportFeature& B,
   if (deepest != nullptr && deepest->p.z() < s + scale * kTolerances.witness_m) {
     deepest->p.z() = s;
   } else {
-    contacts.items[contacts.count++] = deepest_point(pair, A, B, T * p_A, s, slack);
+    const FeatureContact point = deepest_point(pair, A, B, T * p_A, s, slack, contacts);
+    contacts.items[contacts.count++] = point;
   }
+}
+
+/// Which of two shapes names a point where both have a corner: an ellipsoid has one always. What
+/// else is round touches with another of its points as it turns.
+int names_first(const ConvexShape& shape) {
+  if (shape.kind == ShapeKind::ellipsoid) return 2;
+  return shape.kind == ShapeKind::box || shape.kind == ShapeKind::hull ? 1 : 0;
 }
 
 Manifold apart(double separation) {
@@ -195,6 +203,7 @@ Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHint
     keep_highest(B, -1);
   }
   FeatureContacts contacts;
+  contacts.B_names = names_first(pair.B) > names_first(pair.A);
   find_contacts(pair, A, B, T, least.p_A, s, contacts);
 
   const auto end = std::remove_if(contacts.used().begin(), contacts.used().end(),

@@ -142,11 +142,31 @@ class Clipper {
     const auto corner = [&](std::size_t i) {
       return name_corner(is_A_, incident_.corner_names[i]);
     };
+    const Vector first = p + (q - p) * enter, last = p + (q - p) * leave;
     if (enter <= leave && (enter < 1 || is_line)) {
-      add_incident(p + (q - p) * enter, enter > 0 ? crossing(enter_side) : corner(k));
+      const std::uint32_t name = enter > 0 ? crossing(enter_side) : corner(k);
+      add_incident(first, is_line ? name_on_line(first, enter > 0, name) : name);
+      if (is_line && (last - first).head<2>().norm() < kAtSide_m) return;
     }
-    if (enter < leave && leave < 1) add_incident(p + (q - p) * leave, crossing(leave_side));
-    if (is_line && enter < 1 && leave >= 1) add_incident(q, corner(next));
+    if (enter < leave && leave < 1) {
+      const std::uint32_t name = crossing(leave_side);
+      add_incident(last, is_line ? name_on_line(last, true, name) : name);
+    }
+    if (is_line && enter < 1 && leave >= 1) {
+      add_incident(q, name_on_line(q, false, corner(next)));
+    }
+  }
+
+  /// A line that only just reaches over the face meets two sides of it, or none, at their corner.
+  std::uint32_t name_on_line(const Vector& p, bool is_crossing, std::uint32_t otherwise) const {
+    const bool is_first = is_A_ != contacts_.B_names;
+    if (sides_.face.is_round || !(is_crossing || is_first)) return otherwise;
+    for (std::size_t k = 0; k < sides_.size(); ++k) {
+      if ((sides_.face.corners[k] - p).head<2>().norm() < kAtSide_m) {
+        return name_corner(!is_A_, sides_.face.corner_names[k]);
+      }
+    }
+    return otherwise;
   }
 
   const Sides& sides_;
@@ -309,9 +329,12 @@ void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slac
   if (!has_crossing) return;
   const Vector p = A.corners[0] + a * crossing_A;
   // At an end it is that end: a name of its own would change ends as the lines turn.
-  const std::size_t end = contacts.find(slack, p.x(), p.y());
-  const std::uint32_t name = end < contacts.count ? contacts.items[end].name
-                                                  : name_crossing(A.edge_names[0], B.edge_names[0]);
+  std::size_t end = contacts.find(slack, p.x(), p.y());
+  const std::uint32_t name = end < contacts.count
+                                 ? contacts.items[end].name
+                                 : name_of_point(A, B, contacts.B_names, p.x(), p.y(), slack,
+                                                 name_crossing(A.edge_names[0], B.edge_names[0]));
+  end = std::min(end, contacts.find(name));
   if (end < contacts.count) contacts.items[end] = contacts.items[--contacts.count];
   contacts.add(p.x(), p.y(), z_A, z_B, name);
 }
@@ -332,7 +355,28 @@ void overlap_faces(const SupportFeature& A, const SupportFeature& B, double slac
   }
 }
 
+/// The corner of a feature that is at a place; none: -1. Of discs none is at a place of its own.
+int corner_at(const SupportFeature& feature, double x, double y, double slack) {
+  if (feature.count == 1) return 0;
+  for (int k = 0; k < feature.count && !feature.is_round; ++k) {
+    const Vector& p = feature.corners[static_cast<std::size_t>(k)];
+    if (std::abs(p.x() - x) <= slack && std::abs(p.y() - y) <= slack) return k;
+  }
+  return -1;
+}
+
 }  // namespace
+
+std::uint32_t name_of_point(const SupportFeature& A, const SupportFeature& B, bool B_first,
+                            double x, double y, double slack, std::uint32_t otherwise) {
+  for (const bool of_B : {B_first, !B_first}) {
+    const SupportFeature& feature = of_B ? B : A;
+    const int corner = corner_at(feature, x, y, slack);
+    if (corner >= 0)
+      return name_corner(of_B, feature.corner_names[static_cast<std::size_t>(corner)]);
+  }
+  return otherwise;
+}
 
 bool is_flush(const SupportFeature& face) {
   return face.count > 2 && std::abs(face.normal.z()) > kTolerances.flush_cosine;

@@ -26,6 +26,7 @@ struct FeatureContacts {
       items;  // not cleared: that takes time
   std::size_t count = 0;
   double steepness = 0;  ///< what a separation changes by at most as the features slide, m / m
+  bool B_names = false;  ///< a point at a corner of both is named by that of B, not that of A
 
   void add(double x, double y, double z_A, double z_B, std::uint32_t name) {
     items[count++] = {{x, y, z_B - z_A}, 0.5 * (z_A + z_B), name, false};
@@ -41,8 +42,20 @@ struct FeatureContacts {
   bool any_within(double distance, double x, double y) const {
     return find(distance, x, y) < count;
   }
+  /// The place of the one with that name; or `count`.
+  std::size_t find(std::uint32_t name) const {
+    const auto is_it = [name](const FeatureContact& c) { return c.name == name; };
+    return static_cast<std::size_t>(std::find_if(items.begin(), items.begin() + count, is_it) -
+                                    items.begin());
+  }
   std::span<FeatureContact> used() { return std::span(items).first(count); }
 };
+
+/// Of a point in F where the features touch: by the corner that is there, as seen along z and up to
+/// `slack` (m), however many corners each feature has; else `otherwise`. `B_first`: where both have
+/// a corner, by that of B.
+std::uint32_t name_of_point(const SupportFeature& A, const SupportFeature& B, bool B_first,
+                            double x, double y, double slack, std::uint32_t otherwise);
 
 /// Whether a feature in F is a face that lies across z.
 bool is_flush(const SupportFeature& face);

@@ -29,6 +29,8 @@ constexpr double kLying = 0.7;
 /// An edge that rises so much along d (the sine of its slope) counts as its farther end alone, and
 /// so does a face as its edge.
 constexpr double kSteep = 0.95;
+/// Sine of an edge's slope that is rounding: both ends are farthest, and which is found is chance.
+constexpr double kLevel = 1e-9;
 /// m. A rim whose farthest point leads by less is level, and its octagon begins at x.
 constexpr double kLead_m = 1e-10;
 
@@ -146,7 +148,7 @@ std::size_t twin(const ConvexHull& hull, std::size_t k, std::int32_t from, std::
 }
 
 /// Of the faces around the farthest vertex, the one that looks most along d. If an edge there lies
-/// across d, it is a face with that edge.
+/// across d, it is a face with that edge; but a flush one is only left for an edge that is level.
 SupportFeature hull_feature(const ConvexHull& hull, const Vector& d, std::int32_t v) {
   const auto begin = index(hull.around_first[index(v)]);
   const auto end = index(hull.around_first[index(v) + 1]);
@@ -166,7 +168,8 @@ SupportFeature hull_feature(const ConvexHull& hull, const Vector& d, std::int32_
   const std::int32_t u = hull.neighbours[flattest];
   const std::size_t edge_place = index(hull.around[flattest]);
   constexpr double kFlush = kTolerances.flush_cosine;
-  if (best_along < kFlush && least_drop * least_drop < 1 - kFlush * kFlush) {
+  const bool is_flush = best_along >= kFlush, is_level = least_drop > -kLevel;
+  if ((is_level || !is_flush) && least_drop * least_drop < 1 - kFlush * kFlush) {
     const std::size_t other = twin(hull, edge_place, v, u);
     best = along(other) > along(edge_place) ? other : edge_place;
   }

@@ -84,7 +84,7 @@ void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& man
 /// Groups the contacts, the deepest first, which gives its group the normal.
 void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
            std::vector<Manifold>& manifolds) {
-  const std::vector<SurfaceContact>& all = room.findings.contacts;
+  std::vector<SurfaceContact>& all = room.findings.contacts;
   room.order.resize(all.size());
   for (std::uint32_t i = 0; i < room.order.size(); ++i) room.order[i] = i;
   // The first found of those as deep: std::stable_sort would ask for memory.
@@ -97,10 +97,15 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
     room.members.clear();
     const auto rest = std::remove_if(room.order.begin(), room.order.end(), [&](std::uint32_t i) {
       if (all[i].normal.dot(n) < kTolerances.one_manifold_cosine) return false;
-      const bool is_there = std::ranges::any_of(room.members, [&](std::uint32_t j) {
+      const auto there = std::ranges::find_if(room.members, [&](std::uint32_t j) {
         return (all[i].p - all[j].p).squaredNorm() < same_place * same_place;
       });
-      if (!is_there) room.members.push_back(i);
+      if (there == room.members.end()) {
+        room.members.push_back(i);
+      } else if (all[i].separation < all[*there].separation + kTolerances.witness_m) {
+        // As deep but for rounding, which does not choose the name.
+        all[*there].name = std::min(all[*there].name, all[i].name);
+      }
       return true;
     });
     room.order.erase(rest, room.order.end());

@@ -133,23 +133,29 @@ class Clipper {
     }
     const Vector& p = incident_.corners[k];
     const Vector& q = incident_.corners[next];
-    const auto crossing = [&](std::size_t side) {
+    const Vector first = p + (q - p) * enter, last = p + (q - p) * leave;
+    const bool meets_first = (enter > 0 && enter_side == 0) || (leave < 1 && leave_side == 0);
+    const auto crossing = [&](std::size_t side, const Vector& at) {
       const double across = std::abs(outside_[next][side] - outside_[k][side]);
       contacts_.steepness = std::max(contacts_.steepness, std::abs(q.z() - p.z()) / across);
-      const std::uint32_t mine = incident_.edge_names[k], other = sides_.face.edge_names[side];
+      // The deepest point of a rim, over an edge, is where two sides of the octagon meet.
+      const bool is_at_first =
+          sides_.face.is_round && !meets_first &&
+          (sides_.face.corners[0] - at).head<2>().norm() < kTolerances.witness_m;
+      const std::uint32_t mine = incident_.edge_names[k],
+                          other = sides_.face.edge_names[is_at_first ? 0 : side];
       return is_A_ ? name_crossing(other, mine) : name_crossing(mine, other);
     };
     const auto corner = [&](std::size_t i) {
       return name_corner(is_A_, incident_.corner_names[i]);
     };
-    const Vector first = p + (q - p) * enter, last = p + (q - p) * leave;
     if (enter <= leave && (enter < 1 || is_line)) {
-      const std::uint32_t name = enter > 0 ? crossing(enter_side) : corner(k);
+      const std::uint32_t name = enter > 0 ? crossing(enter_side, first) : corner(k);
       add_incident(first, is_line ? name_on_line(first, enter > 0, name) : name);
       if (is_line && (last - first).head<2>().norm() < kAtSide_m) return;
     }
     if (enter < leave && leave < 1) {
-      const std::uint32_t name = crossing(leave_side);
+      const std::uint32_t name = crossing(leave_side, last);
       add_incident(last, is_line ? name_on_line(last, true, name) : name);
     }
     if (is_line && enter < 1 && leave >= 1) {

@@ -307,16 +307,23 @@ void foresee_impacts(World::State& s, Executor& executor) {
   std::erase_if(fast.meetings, [](const Meeting& meeting) { return meeting.time == 0; });
 }
 
+void turn_inertia(World::State& s) {
+  for (Meeting& meeting : s.fast.meetings) {
+    const auto turned = [&](std::int32_t slot, const Path& path) -> Matrix {
+      const Matrix R = rotation_exp(meeting.time * path.turn).toRotationMatrix();
+      return R * s.inverse_inertia_W[index(slot)] * R.transpose();
+    };
+    meeting.inverse_inertia_A = turned(s.pairs[meeting.pair].a, meeting.A);
+    meeting.inverse_inertia_B = turned(s.pairs[meeting.pair].b, meeting.B);
+  }
+}
+
 void set_constraint(ContactConstraint& c, const Meeting& meeting, const Manifold& manifold,
                     World::State& s) {
   const auto [slot_A, slot_B] = s.pairs[meeting.pair];
-  const auto place = [&](std::int32_t slot, const Path& path) {
-    const Matrix R = rotation_exp(meeting.time * path.turn).toRotationMatrix();
-    return BodyPlace{path.x + meeting.time * path.travel,
-                     R * s.inverse_inertia_W[index(slot)] * R.transpose()};
-  };
-  set_constraint(c, manifold, slot_A, slot_B, s.arrays(), place(slot_A, meeting.A),
-                 place(slot_B, meeting.B));
+  const auto x = [&](const Path& path) -> Vector { return path.x + meeting.time * path.travel; };
+  set_constraint(c, manifold, slot_A, slot_B, s.arrays(), {x(meeting.A), meeting.inverse_inertia_A},
+                 {x(meeting.B), meeting.inverse_inertia_B});
   c.is_ahead = true;
   c.turn_A = rotation_exp(meeting.time * meeting.A.turn);
   c.turn_B = rotation_exp(meeting.time * meeting.B.turn);

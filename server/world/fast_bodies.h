@@ -38,6 +38,8 @@ struct Meeting {
   std::size_t pair = 0;  ///< index of pair and manifold
   double time = 0;       ///< of the tick
   Path A, B;
+  /// 1/(kg m^2), in W, at the attitudes that they will have: turn_inertia
+  Matrix inverse_inertia_A = Matrix::Zero(), inverse_inertia_B = Matrix::Zero();
 };
 
 /// What a tick knows of fast bodies; made anew in each.
@@ -68,7 +70,9 @@ void list_fast(World::State& s, std::size_t slot);
 bool is_hit_expected(const World::State& s, const BodyPair& pair);
 /// Replaces the manifolds of pairs with fast bodies that do not touch yet.
 void foresee_impacts(World::State& s, Executor& executor);
-/// Overwrites `c` with the constraint of a manifold of a meeting.
+/// Of the bodies that meet, once theirs is known in W.
+void turn_inertia(World::State& s);
+/// Overwrites `c` with the constraint of a manifold of a meeting, after that.
 void set_constraint(ContactConstraint& c, const Meeting& meeting, const Manifold& manifold,
                     World::State& s);
 

@@ -321,6 +321,7 @@ void World::Steps::prepare(State& s, Executor& executor) {
     return s.bodies.inverse_mass[index(touch.pair.a)] == 0 &&
            s.bodies.inverse_mass[index(touch.pair.b)] == 0;
   });
+  turn_inertia(s);
   s.constraints.resize(s.touching.size());
   s.overlaps_of_parts.resize(chunks_of(s.touching.size(), kConstraints));
   const BodyArrays bodies = s.arrays();

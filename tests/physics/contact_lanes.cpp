@@ -309,8 +309,10 @@ TEST_CASE("rolling and torsional friction stop what bodies will turn by, when th
     c.is_ahead = true;
     c.turn_A = tangle.q[2];
     c.turn_B = tangle.q[3];
-    c.inverse_inertia_A = c.turn_A * c.inverse_inertia_A * c.turn_A.conjugate();
-    c.inverse_inertia_B = c.turn_B * c.inverse_inertia_B * c.turn_B.conjugate();
+    const Matrix turned_A = c.turn_A * *c.inverse_inertia_A * c.turn_A.conjugate();
+    const Matrix turned_B = c.turn_B * *c.inverse_inertia_B * c.turn_B.conjugate();
+    c.inverse_inertia_A = &turned_A;
+    c.inverse_inertia_B = &turned_B;
     const bool sticks = seed % 4 < 2;
     c.friction = sticks ? 1e4 : 0;
     c.rolling_m = 1e6;

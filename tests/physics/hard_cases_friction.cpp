@@ -41,7 +41,7 @@ TEST_CASE("P33: one contact is solved as its equations say") {
     body.touch();
     find_effective_masses(body.contact[0]);
     BodyLines lines;
-    lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W());
+    lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W);
     SingleContact contact(body.contact[0], lines);
     const ConstraintPoint& p = body.contact[0].points[0];
     const SubStep step{0.01, 0, 0};

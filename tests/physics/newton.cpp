@@ -49,7 +49,7 @@ Standing random_body(std::mt19937_64& random) {
 CoulombProblem problem_of(Standing body) {
   body.touch();
   BodyLines lines;
-  lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W());
+  lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W);
   ContactSystem system;
   system.begin(body.tick(), body.arrays(), body.contact, lines);
   lines.integrate_velocities(body.dt, 0);

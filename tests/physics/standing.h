@@ -17,6 +17,7 @@ struct Standing {
   std::vector<std::int32_t> moving{1};
   std::vector<Vector> feet{{0, 0, -1}};  // in the body
   double friction = 0, dt = 0.01;
+  std::vector<Matrix> inverse_inertia_W;  // of this moment
   std::vector<ContactConstraint> contact;
 
   void set_mass(double mass_kg, const Vector& J) {
@@ -28,12 +29,10 @@ struct Standing {
     return {x, q, v, w, inverse_mass, inertia, inverse_inertia, acceleration, torque};
   }
   ContactTick tick() const { return {dt, 0, 5e-4, 0, moving, {}}; }
-  std::vector<Matrix> inverse_inertia_W() const {
-    const Matrix R = q[1].toRotationMatrix();
-    return {Matrix::Zero(), R * inverse_inertia[1].asDiagonal() * R.transpose()};
-  }
   /// The contact as the feet stand now, with the forces that it had.
   void touch() {
+    const Matrix R = q[1].toRotationMatrix();
+    inverse_inertia_W = {Matrix::Zero(), R * inverse_inertia[1].asDiagonal() * R.transpose()};
     Manifold manifold;
     manifold.normal_W = Vector::UnitZ();
     manifold.count = static_cast<int>(feet.size());
@@ -42,7 +41,7 @@ struct Standing {
       manifold.points[k].separation = manifold.points[k].p_W.z();
     }
     const auto before = contact;
-    contact = {make_constraint(manifold, 0, 1, arrays(), inverse_inertia_W())};
+    contact = {make_constraint(manifold, 0, 1, arrays(), inverse_inertia_W)};
     contact[0].friction = friction;
     for (std::size_t k = 0; k < feet.size() && !before.empty(); ++k) {
       contact[0].points[k].force = before[0].points[k].force;
@@ -52,7 +51,7 @@ struct Standing {
   }
   ContactReport step(ContactSolver& solver) {
     touch();
-    return solver.advance(tick(), arrays(), inverse_inertia_W(), contact);
+    return solver.advance(tick(), arrays(), inverse_inertia_W, contact);
   }
   /// Of a foot, N, in W.
   Vector force(std::size_t k) const {

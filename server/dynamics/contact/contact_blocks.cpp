@@ -70,11 +70,11 @@ void fill_lane(ContactBlock& block, int lane, const ContactConstraint& c, const 
   const Vector arm_A = centre(c);
   set(block.n, lane, c.n);
   set(block.t1, lane, c.t1);
-  const Vector arm_B = arm_A + c.points[0].rB - c.points[0].rA;
+  const Vector arm_B = arm_A + c.from_B;
   set(block.arm_A, lane, arm_A);
   set(block.arm_B, lane, arm_B);
-  set(block.inverse_inertia_A, lane, c.inverse_inertia_A);
-  set(block.inverse_inertia_B, lane, c.inverse_inertia_B);
+  set(block.inverse_inertia_A, lane, *c.inverse_inertia_A);
+  set(block.inverse_inertia_B, lane, *c.inverse_inertia_B);
   block.inverse_mass_A[lane] = c.inverse_mass_A;
   block.inverse_mass_B[lane] = c.inverse_mass_B;
   block.friction[lane] = c.friction;
@@ -193,6 +193,19 @@ void ContactBlocks::find_places(Executor& executor, std::span<ContactConstraint*
   place();
 }
 
+/// Fetches what filling will read: constraints lie anywhere, and to wait for them takes longer than
+/// all else that it does.
+void ContactBlocks::expect(const ContactBlock& block, int points) const {
+  constexpr std::size_t kLine = 64;
+  for (const std::int32_t source : block.source) {
+    if (source < 0) continue;
+    const ContactConstraint& c = *sources_[index(source)];
+    const auto* const begin = reinterpret_cast<const char*>(&c);
+    const auto* const end = reinterpret_cast<const char*>(&c.points[0] + points);
+    for (const char* line = begin; line < end; line += kLine) __builtin_prefetch(line);
+  }
+}
+
 /// Block by block, not constraint by constraint: these are smaller, and less is written elsewhere.
 void ContactBlocks::fill(ContactBlock& block, const BodyLines& bodies, double h) {
   const std::int32_t waste = bodies.waste(static_cast<std::size_t>(&block - blocks_.data()));
@@ -225,7 +238,7 @@ void ContactBlocks::note_driven(std::size_t block, int lane, const ContactConstr
   const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
   if (!bodies.is_driven(bodies.is_driven(a) ? a : b)) return;
   Vector arm = centre(c);
-  if (bodies.is_driven(b)) arm += c.points[0].rB - c.points[0].rA;
+  if (bodies.is_driven(b)) arm += c.from_B;
   driven_.push_back({block, lane, bodies.is_driven(a), arm, c.n});
 }
 

@@ -31,6 +31,7 @@ class ContactBlocks {
     find_places(executor, constraints, bodies);
     in_any_order(executor, [&](const BlockRun& run) {
       for (ContactBlock& block : blocks_of(run)) {
+        if (&block + 1 < run.blocks + run.count) expect(*(&block + 1), run.points);
         fill(block, bodies, h);
         filled(BlockRun{&block, 1, run.points, run.joint});
       }
@@ -156,6 +157,7 @@ class ContactBlocks {
   void count_groups(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
   void find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
+  void expect(const ContactBlock& block, int points) const;
   void fill(ContactBlock& block, const BodyLines& bodies, double h);
   static void take_results(const ContactBlock& block, int lane, double h, ContactConstraint& c);
   void note_places(const BodyLines& bodies);

@@ -43,8 +43,9 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.n = manifold.normal_W;
   c.inverse_mass_A = bodies.inverse_mass[A];
   c.inverse_mass_B = bodies.inverse_mass[B];
-  c.inverse_inertia_A = place_A.inverse_inertia_W;
-  c.inverse_inertia_B = place_B.inverse_inertia_W;
+  c.inverse_inertia_A = &place_A.inverse_inertia_W;
+  c.inverse_inertia_B = &place_B.inverse_inertia_W;
+  c.from_B = place_A.x - place_B.x;
   if (c.is_ahead) c.turn_A = c.turn_B = Rotation::Identity();
   c.is_ahead = false;
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
@@ -57,8 +58,8 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   const Vector aside = to_undeformed(c, manifold);
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
-    p.lambda = p.force = p.press = p.K_normal = p.rest_m = p.rest_load = 0;
-    p.lambda_t = p.force_t = Eigen::Vector2d::Zero();
+    p.force = p.press = p.K_normal = p.rest_m = p.rest_load = 0;
+    p.force_t = Eigen::Vector2d::Zero();
     p.rA = manifold.points[i].p_W - place_A.x + aside;
     p.rB = manifold.points[i].p_W - place_B.x + aside;
     p.s0 = p.s = manifold.points[i].separation;
@@ -98,12 +99,12 @@ void look_at(ContactConstraint& c) {
 }
 
 void find_effective_masses(ContactConstraint& c) {
+  const Matrix &IA = *c.inverse_inertia_A, &IB = *c.inverse_inertia_B;
   for (ConstraintPoint& p : c.used()) {
     // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
     const auto K = [&](const Vector& e, const Vector& f) {
       return (c.inverse_mass_A + c.inverse_mass_B) * e.dot(f) +
-             p.rA.cross(e).dot(c.inverse_inertia_A * p.rA.cross(f)) +
-             p.rB.cross(e).dot(c.inverse_inertia_B * p.rB.cross(f));
+             p.rA.cross(e).dot(IA * p.rA.cross(f)) + p.rB.cross(e).dot(IB * p.rB.cross(f));
     };
     p.K_normal = K(c.n, c.n);
     // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed

@@ -59,28 +59,31 @@ struct BodyArrays {
   }
 };
 
+/// What all methods look at comes first, here and below: there are more contacts than a cache
+/// holds.
 struct ConstraintPoint {
-  Vector rA, rB;         ///< m
-  double s0 = 0;         ///< separation at the tick's start
-  double s = 0;          ///< at the last evaluation
-  double K_normal = 0;   ///< 1/kg; until the solver sets it, that of the tick before
-  double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane; likewise
-  double lambda = 0;     ///< normal impulse of a sub-step, >= 0
-  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
-  double force = 0;                                   ///< N: lambda of the last sub-step over it
+  Vector rA;                                          ///< m
+  double s0 = 0;                                      ///< separation at the tick's start
   Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
-  double press = 0;  ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
+  double force = 0;                                   ///< N: lambda of the last sub-step over it
+  double press = 0;     ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
+  double K_normal = 0;  ///< 1/kg; until the solver sets it, that of the tick before
   std::uint32_t feature = 0;  ///< as in the manifold
   /// Where it is at rest under the load `rest_load`, whatever the method: newton/hand_over.h.
   double rest_m = 0;
   double rest_load = 0;  ///< m/s^2, as `press`
+  double s = 0;          ///< at the last evaluation
+  Vector rB;             ///< m
+
+  // Of contacts that are solved one by one; blocks have their own.
+  double lambda = 0;  ///< normal impulse of a sub-step, >= 0
+  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
+  double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane
 
   /// m, as the method sees it that lets a load of 1 m/s^2 sink in by `give`, s^2.
   double gap(double give) const { return s0 - rest_m - give * rest_load; }
 };
 
-/// What all passes over constraints look at comes first, and what few ask for last: there are more
-/// of them than a cache holds.
 struct alignas(64) ContactConstraint {
   std::int32_t a = 0, b = 0;  ///< slots
   int count = 0;
@@ -98,11 +101,12 @@ struct alignas(64) ContactConstraint {
   double friction = 0;
   std::uint64_t part = 0;                         ///< as in the manifold
   double inverse_mass_A = 0, inverse_mass_B = 0;  ///< 1/kg
+  /// 1/(kg m^2), in W, at the attitudes for which the arms hold. Owned by whoever made this.
+  const Matrix *inverse_inertia_A = nullptr, *inverse_inertia_B = nullptr;
   Vector n, t1, t2;
+  Vector from_B;                   ///< m, from B's centre to A's
+  Vector torque = Vector::Zero();  ///< N m, in W, on B: of rolling and torsional friction
   std::array<ConstraintPoint, kManifoldPoints> points;
-  /// 1/(kg m^2), in W, at the attitudes for which the arms hold.
-  Matrix inverse_inertia_A, inverse_inertia_B;
-  Vector torque = Vector::Zero();  ///< N m, in W, on B: of these two
   /// From the attitudes at the tick's start to those for which the arms hold; none unless
   /// `is_ahead`.
   Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
@@ -120,8 +124,8 @@ void tangents(const Vector& n, Vector& t1, Vector& t2);
 
 /// Where a body is when its manifold holds.
 struct BodyPlace {
-  Vector x;                  ///< Bcm, m, in W
-  Matrix inverse_inertia_W;  ///< 1/(kg m^2)
+  Vector x;                         ///< Bcm, m, in W
+  const Matrix& inverse_inertia_W;  ///< 1/(kg m^2); lasts as long as the constraint
 };
 
 /// Overwrites `c` with the constraint of a manifold of bodies that are in these places, without
@@ -129,7 +133,8 @@ struct BodyPlace {
 void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
                     const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B);
 
-/// Likewise, at the bodies' present poses. `inverse_inertia_W` is indexed by slot.
+/// Likewise, at the bodies' present poses. `inverse_inertia_W` is indexed by slot, and lasts as
+/// long as the constraint.
 void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
                     const BodyArrays& bodies, std::span<const Matrix> inverse_inertia_W);
 ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,

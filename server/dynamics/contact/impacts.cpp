@@ -44,11 +44,11 @@ void Impacts::begin(std::span<ContactConstraint* const> constraints, const BodyL
   for (ContactConstraint* c : constraints) {
     if (c->restitution == 0) continue;
     const std::int32_t a = bodies.line(c->a), b = bodies.line(c->b);
+    const Matrix &IA = *c->inverse_inertia_A, &IB = *c->inverse_inertia_B;
     for (ConstraintPoint& p : c->used()) {
-      points_.push_back(
-          {c, &p, side(*c, a, c->turn_A, c->inverse_mass_A, c->inverse_inertia_A, p.rA, bodies),
-           side(*c, b, c->turn_B, c->inverse_mass_B, c->inverse_inertia_B, p.rB, bodies), 0,
-           false});
+      points_.push_back({c, &p, side(*c, a, c->turn_A, c->inverse_mass_A, IA, p.rA, bodies),
+                         side(*c, b, c->turn_B, c->inverse_mass_B, IB, p.rB, bodies), 0,
+                         false});
     }
   }
   if (!points_.empty()) link(bodies.lines());

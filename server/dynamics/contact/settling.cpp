@@ -140,7 +140,7 @@ void Settling::add_contact(const ContactConstraint& c, const Grouping& groups) {
     loads_[index(k)].torque += sign * (arm.cross(force) + torque);
   };
   push(c.a, centre, -1);
-  push(c.b, centre + c.points[0].rB - c.points[0].rA, 1);
+  push(c.b, centre + c.from_B, 1);
 }
 
 void Settling::weigh(const ContactTick& tick, const BodyArrays& bodies,

@@ -50,8 +50,8 @@ void SingleContact::push(const Side& side, double inverse_mass, const Matrix& in
 }
 
 void SingleContact::push(const ConstraintPoint& p, const Vector& impulse) {
-  push(A_, c_.inverse_mass_A, c_.inverse_inertia_A, p.rA, -impulse);
-  push(B_, c_.inverse_mass_B, c_.inverse_inertia_B, p.rB, impulse);
+  push(A_, c_.inverse_mass_A, *c_.inverse_inertia_A, p.rA, -impulse);
+  push(B_, c_.inverse_mass_B, *c_.inverse_inertia_B, p.rB, impulse);
 }
 
 double SingleContact::add_normal(ConstraintPoint& p, double change) {

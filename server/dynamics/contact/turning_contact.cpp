@@ -47,7 +47,8 @@ TurningContact::TurningContact(ContactConstraint& c, const BodyLines& bodies, Co
       B_(side(bodies, c.b, c.turn_B, 1)) {
   t_ << c.t1, c.t2;
   const Matrix none = Matrix::Zero();
-  find_masses(A_.sign != 0 ? c.inverse_inertia_A : none, B_.sign != 0 ? c.inverse_inertia_B : none);
+  find_masses(A_.sign != 0 ? *c.inverse_inertia_A : none,
+              B_.sign != 0 ? *c.inverse_inertia_B : none);
 }
 
 TurningContact::Side TurningContact::side(const BodyLines& bodies, std::int32_t slot,
@@ -66,7 +67,7 @@ void TurningContact::find_masses(const Matrix& IA, const Matrix& IB) {
   Vector arm_A = Vector::Zero();
   for (const ConstraintPoint& p : c_->used()) arm_A += p.rA;
   arm_A /= c_->count;
-  const Matrix XA = cross(arm_A), XB = cross(arm_A + c_->points[0].rB - c_->points[0].rA);
+  const Matrix XA = cross(arm_A), XB = cross(arm_A + c_->from_B);
   const Matrix VT = -XA * IA - XB * IB;
   const Matrix VV = -XA * IA * XA - XB * IB * XB;
   const Square G_VV =

@@ -98,11 +98,9 @@ void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) 
   Manifold& m = manifolds_.emplace_back();
   m.c = &c;
   m.frame << c.n.transpose(), c.t1.transpose(), c.t2.transpose();
-  Vector arm_A = Vector::Zero(), arm_B = Vector::Zero();
-  for (const ConstraintPoint& p : c.used()) {
-    arm_A += p.rA / c.count;
-    arm_B += p.rB / c.count;
-  }
+  Vector arm_A = Vector::Zero();
+  for (const ConstraintPoint& p : c.used()) arm_A += p.rA / c.count;
+  const Vector arm_B = arm_A + c.from_B;
   m.driven.setZero();
   m.A = side(bodies, c.a, arm_A, c.turn_A, m, m.driven, -1);
   m.B = side(bodies, c.b, arm_B, c.turn_B, m, m.driven, 1);

@@ -31,26 +31,47 @@
 namespace cradle {
 namespace {
 
-/// In the manifold's frame: normal impulses, and the twists they make.
-template <class V>
+/// In the manifold's frame: normal impulses, and the twists they make. A point by itself is the
+/// centre, and makes none.
+template <class V, int points>
 struct Wrench {
+  static constexpr bool kTwists = points > 1;
   V Pn{}, P1{}, P2{}, Tn{}, T1{}, T2{};
 
   CRADLE_LANES void add_normal(const V& l, const V& u, const V& v) {
     Pn = Pn + l;
-    T1 = T1 + v * l;
-    T2 = T2 - u * l;
+    if constexpr (kTwists) {
+      T1 = T1 + v * l;
+      T2 = T2 - u * l;
+    }
   }
   CRADLE_LANES void add_friction(const V& f1, const V& f2, const V& u, const V& v) {
     P1 = P1 + f1;
     P2 = P2 + f2;
-    Tn = Tn + (u * f2 - v * f1);
+    if constexpr (kTwists) Tn = Tn + (u * f2 - v * f1);
   }
   CRADLE_LANES void push(const Frame<V>& f, Bodies<V>& bodies) const {
-    bodies.push(Pn * f.n + P1 * f.t1 + P2 * f.t2, Tn * f.n + T1 * f.t1 + T2 * f.t2);
+    const Triple<V> P = Pn * f.n + P1 * f.t1 + P2 * f.t2;
+    if constexpr (kTwists) {
+      bodies.push(P, Tn * f.n + T1 * f.t1 + T2 * f.t2);
+    } else {
+      bodies.push(P);
+    }
   }
   CRADLE_LANES void push_along_n(const Frame<V>& f, Bodies<V>& bodies) const {
-    bodies.push(Pn * f.n, T1 * f.t1 + T2 * f.t2);
+    if constexpr (kTwists) {
+      bodies.push(Pn * f.n, T1 * f.t1 + T2 * f.t2);
+    } else {
+      bodies.push(Pn * f.n);
+    }
+  }
+  CRADLE_LANES void push_across_n(const Frame<V>& f, Bodies<V>& bodies) const {
+    const Triple<V> P = P1 * f.t1 + P2 * f.t2;
+    if constexpr (kTwists) {
+      bodies.push(P, Tn * f.n);
+    } else {
+      bodies.push(P);
+    }
   }
 };
 
@@ -59,7 +80,7 @@ CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& par
                                    BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
   Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
-  Wrench<V> wrench;
+  Wrench<V, points> wrench;
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
     const V f1 = part * at<V>(c.lambda_1[i], lane), f2 = part * at<V>(c.lambda_2[i], lane);
@@ -75,6 +96,10 @@ template <class V, int points>
 CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame<V>& f,
                                     const Bodies<V>& bodies, V* vn) {
   const V Vn = dot(f.n, bodies.V_at_centre());
+  if constexpr (points == 1) {
+    vn[0] = Vn;
+    return;
+  }
   const Triple<V> W = bodies.B.angular - bodies.A.angular;
   const V W1 = dot(f.t1, W), W2 = dot(f.t2, W);
   for (int i = 0; i < points; ++i) {
@@ -86,7 +111,7 @@ CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame
 /// this one feel it.
 template <class V, int points>
 CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, V* vn,
-                             Wrench<V>& wrench) {
+                             Wrench<V, points>& wrench) {
   const V old = at<V>(c.lambda[i], lane);
   const V lambda = larger<V>(old + change, V{});
   const V step = lambda - old;
@@ -101,7 +126,7 @@ CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, 
 /// gone as far as none does.
 template <class V, int points>
 CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, const V* r, V* vn,
-                              Wrench<V>& wrench) {
+                              Wrench<V, points>& wrench) {
   V old[points], change[points], reach = fill<V>(1);
   for (int i = 0; i < points; ++i) {
     V d{};
@@ -158,7 +183,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   const V haste = at<V>(c.gap_haste, lane) / step.h;
   const Soft<V> soft{at<V>(c.mass_scale, lane), at<V>(c.impulse_scale, lane),
                      at<V>(c.bias_rate, lane)};
-  Wrench<V> wrench;
+  Wrench<V, points> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
     V r[points];
@@ -194,6 +219,10 @@ CRADLE_LANES void separations(ContactBlock& c, int lane, const Frame<V>& f,
   const Twist<V> A = load_lines<V>(motions, c.a + lane), B = load_lines<V>(motions, c.b + lane);
   const Triple<V> arm_A = at3<V>(c.arm_A, lane), arm_B = at3<V>(c.arm_B, lane);
   const V Sn = dot(f.n, B.linear + cross(B.angular, arm_B) - A.linear - cross(A.angular, arm_A));
+  if constexpr (points == 1) {
+    store(c.s[0] + lane, at<V>(c.s0[0], lane) + Sn);
+    return;
+  }
   const Triple<V> H = B.angular - A.angular;
   const V H1 = dot(f.t1, H), H2 = dot(f.t2, H);
   for (int i = 0; i < points; ++i) {
@@ -205,7 +234,7 @@ CRADLE_LANES void separations(ContactBlock& c, int lane, const Frame<V>& f,
 /// True where all points stick by the friction that stops them at once; that is theirs then.
 template <class V, int points>
 CRADLE_LANES auto stick(ContactBlock& c, int lane, const V& V1, const V& V2, const V& Wn,
-                        Wrench<V>& wrench) {
+                        Wrench<V, points>& wrench) {
   const Triple<V> F = symmetric_at<V>(c.inverse_t, lane) * Triple<V>{V1, V2, Wn};
   const V share = at<V>(c.share, lane), turn = F.z * at<V>(c.lever_share, lane);
   const V friction = at<V>(c.friction, lane);
@@ -234,7 +263,7 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V>& b
   const Triple<V> Vc = bodies.V_at_centre();
   V V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
   V Wn = dot(f.n, bodies.B.angular - bodies.A.angular);
-  Wrench<V> wrench;
+  Wrench<V, points> wrench;
   decltype(V1 == V1) is_done{};
   if constexpr (joint) is_done = stick<V, points>(c, lane, V1, V2, Wn, wrench);
   if (!all<V>(is_done)) {
@@ -245,8 +274,9 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V>& b
     for (int i = 0; i < points; ++i) {
       const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
       const V yields = at<V>(c.yields_t[i], lane);
+      const V v1 = points > 1 ? V1 - v * Wn : V1, v2 = points > 1 ? V2 + u * Wn : V2;
       const V old_1 = at<V>(c.lambda_1[i], lane), old_2 = at<V>(c.lambda_2[i], lane);
-      const V f1 = old_1 - yields * (V1 - v * Wn), f2 = old_2 - yields * (V2 + u * Wn);
+      const V f1 = old_1 - yields * v1, f2 = old_2 - yields * v2;
       const V limit = friction * at<V>(c.lambda[i], lane), size2 = f1 * f1 + f2 * f2;
       const V scale = size2 > limit * limit ? limit / root<V>(size2) : fill<V>(1);
       const V new_1 = is_done ? old_1 : scale * f1, new_2 = is_done ? old_2 : scale * f2;
@@ -254,12 +284,13 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V>& b
       store(c.lambda_2[i] + lane, new_2);
       const V d1 = new_1 - old_1, d2 = new_2 - old_2, dn = u * d2 - v * d1;
       wrench.add_friction(d1, d2, u, v);
+      if constexpr (points == 1) break;
       V1 = V1 + (h11 * d1 + h12 * d2 + h1n * dn);
       V2 = V2 + (h12 * d1 + h22 * d2 + h2n * dn);
       Wn = Wn + (h1n * d1 + h2n * d2 + hnn * dn);
     }
   }
-  bodies.push(wrench.P1 * f.t1 + wrench.P2 * f.t2, wrench.Tn * f.n);
+  wrench.push_across_n(f, bodies);
 }
 
 template <class V, int points, bool joint>
@@ -271,7 +302,7 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
-  Wrench<V> wrench;
+  Wrench<V, points> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
     V r[points];

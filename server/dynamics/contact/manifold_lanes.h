@@ -127,6 +127,12 @@ struct Bodies {
     B.linear = B.linear + inverse_mass_B * P;
     B.angular = B.angular + inverse_inertia_B * (cross(arm_B, P) + T);
   }
+  CRADLE_LANES void push(const Triple<V>& P) {
+    A.linear = A.linear - inverse_mass_A * P;
+    A.angular = A.angular - inverse_inertia_A * cross(arm_A, P);
+    B.linear = B.linear + inverse_mass_B * P;
+    B.angular = B.angular + inverse_inertia_B * cross(arm_B, P);
+  }
 };
 template <class V>
 CRADLE_LANES Bodies<V> bodies_at(const ContactBlock& c, int lane, const BodyLine* velocities) {

@@ -32,8 +32,10 @@ class BoxBatch {
   /// `lanes`: one of machine_lanes(), or 0: the most. The manifolds are the same at each.
   explicit BoxBatch(MadeManifolds& made, int lanes = 0);
 
-  /// Shapes and poses must last until they are made.
-  void add(std::size_t key, const Collider& A, const Collider& B, double margin);
+  /// Shapes and poses must last until they are made. `foresight`: m, of two that meet within the
+  /// margin, how far beyond it further points are told.
+  void add(std::size_t key, const Collider& A, const Collider& B, double margin,
+           double foresight = 0);
   /// Makes the manifolds of the pairs that wait.
   void finish();
 
@@ -75,11 +77,12 @@ class BoxBatch {
     bool counts(Manifold& at_face, double& missed) const;
     double lead(Manifold& manifold, double missed) const;
     Facing alone(bool face_of_A, BoxFaceBlock& own, Manifold& manifold) const;
+    void add_rest_of_faces(Manifold& manifold) const;
+    bool meet_by_edges(Manifold& manifold) const;
     void meet(Manifold& manifold) const;
   };
 
   void separate();
-  bool edges_meet(const Waiting& pair, int lane);
   void wait(int lane);
   void clip();
   void clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& pairs,

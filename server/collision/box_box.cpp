@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "server/collision/box_batch.h"
-#include "server/collision/box_edges.h"
 #include "server/collision/box_kernels.h"
 #include "server/collision/pair_functions.h"
 #include "server/collision/tolerances.h"
@@ -36,8 +35,7 @@ void set(BoxPairBlock::Row (&rows)[n], int lane, const double* values) {
 }
 
 /// What faces part the boxes by, if that is more than the margin, or edges do; else the margin.
-double separation_beyond(const BoxPairBlock& b, int lane) {
-  const double margin = b.margin[lane];
+double separation_beyond(const BoxPairBlock& b, int lane, double margin) {
   if (!(b.s_A[lane] <= margin)) return b.s_A[lane];
   if (!(b.s_B[lane] <= margin)) return b.s_B[lane];
   return std::max(margin, b.s_edge[lane]);
@@ -73,7 +71,8 @@ BoxBatch::BoxBatch(MadeManifolds& made, int lanes) : made_(made), kernels_(box_k
   face_block_ = {};
 }
 
-void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin) {
+void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin,
+                   double foresight) {
   const int lane = waiting_++;
   waits_[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
   BoxPairBlock& b = pair_block_;
@@ -83,7 +82,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   set(b.R_A, lane, A.X_WB.R.data());
   set(b.R_B, lane, B.X_WB.R.data());
   set(b.d, lane, d.data());
-  b.margin[lane] = margin;
+  b.margin[lane] = margin + foresight;
   if (waiting_ == kBoxLanes) separate();
 }
 
@@ -96,30 +95,22 @@ void BoxBatch::separate() {
   for (int lane = waiting_; lane < kBoxLanes; ++lane) pair_block_.margin[lane] = -1;
   kernels_.separate(pair_block_, waiting_);
   const int pairs = std::exchange(waiting_, 0);
-  std::array<int, kBoxLanes> by_faces;
+  std::array<int, kBoxLanes> near;
   std::size_t count = 0;
   for (int lane = 0; lane < pairs; ++lane) {
     const Waiting& pair = waits_[static_cast<std::size_t>(lane)];
-    const double beyond = separation_beyond(pair_block_, lane);
+    const double beyond = separation_beyond(pair_block_, lane, pair.margin);
     if (beyond > pair.margin || beyond != beyond) {
       made_.take(pair.key, apart(beyond));
-    } else if (!edges_meet(pair, lane)) {
-      by_faces[count++] = lane;
+    } else {
+      near[count++] = lane;
     }
   }
-  const std::span<const int> lanes(by_faces.data(), count);
+  const std::span<const int> lanes(near.data(), count);
   // As they are, if few lanes are worked on in vain; else with the next ones.
   if (pairs - static_cast<int>(count) <= kernels_.lanes / 4)
     return clip(pair_block_, waits_, lanes);
   for (const int lane : lanes) wait(lane);
-}
-
-/// Makes the manifold if so.
-bool BoxBatch::edges_meet(const Waiting& pair, int lane) {
-  if (!(pair_block_.s_edge[lane] > pair_block_.least_edge[lane])) return false;
-  const Manifold manifold = meet_edges(axes_of(pair_block_, lane), *pair.X_WA);
-  if (manifold.count > 0) made_.take(pair.key, manifold);
-  return manifold.count > 0;
 }
 
 void BoxBatch::wait(int lane) {

@@ -14,6 +14,8 @@
 // edges that cross at a small angle. Of boxes apart such a normal may part them by far less than
 // they are apart: it counts only if it cannot be off by more than the slack, or if the boxes are
 // nearest where these edges cross.
+//
+// Where edges or corners are nearest, the rest of the faces is foreseen as far as the margin goes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -167,9 +169,48 @@ double BoxBatch::Facing::lead(Manifold& manifold, double missed) const {
   return std::min({bears, stays, until_apart});
 }
 
+/// The faces of boxes that meet by edges or corners, if they look at each other: what else of them
+/// is within the margin. Boxes that turn about the point where they touch slam these together
+/// within a tick. Each point is on both boxes, the separation that of its ends along the normal.
+void BoxBatch::Facing::add_rest_of_faces(Manifold& manifold) const {
+  Manifold at_face;
+  const bool is_of_A = block.s_A[lane] >= block.s_B[lane];  // whoever of the two is called A
+  if (BoxFaceBlock own; is_of_A != on_A()) {
+    alone(is_of_A, own, at_face);
+  } else {
+    set(at_face);
+  }
+  const double cosine = at_face.normal_W.dot(manifold.normal_W);
+  if (!(cosine > kTolerances.facing_cosine)) return;
+  const double near = kTolerances.same_place_m * block.slack[lane] / kTolerances.clip_slack_m;
+  const int nearest = manifold.count;
+  const auto is_beside_nearest = [&](const Vector& p_W) {
+    return std::any_of(
+        manifold.points.begin(), manifold.points.begin() + nearest,
+        [&](const ContactPoint& p) { return (p.p_W - p_W).squaredNorm() < near * near; });
+  };
+  const double least = manifold.points[0].separation;
+  for (int k = 0; k < at_face.count && manifold.count < kManifoldPoints; ++k) {
+    ContactPoint point = at_face.points[static_cast<std::size_t>(k)];
+    if (is_beside_nearest(point.p_W)) continue;
+    point.separation = std::max(cosine * point.separation, least);
+    manifold.points[static_cast<std::size_t>(manifold.count++)] = point;
+  }
+}
+
+/// By edges that part the boxes better than any face.
+bool BoxBatch::Facing::meet_by_edges(Manifold& manifold) const {
+  if (!(block.s_edge[lane] > block.least_edge[lane])) return false;
+  manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
+  if (manifold.count == 0) return false;
+  add_rest_of_faces(manifold);
+  return true;
+}
+
 /// Sets the contact along the preferred face, if that counts; else takes that along the other one,
 /// or of edges.
 void BoxBatch::Facing::meet(Manifold& manifold) const {
+  if (meet_by_edges(manifold)) return;
   set(manifold);
   double missed = 0;
   if (counts(manifold, missed)) {
@@ -183,11 +224,14 @@ void BoxBatch::Facing::meet(Manifold& manifold) const {
     return;
   }
   if (is_apart()) {
-    if (meet_corners(axes_of(block, lane), *pair.X_WA, pair.margin, manifold)) return;
-    manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
-    manifold.lead = manifold.count > 0 ? -1 : pair.margin;
+    if (!meet_corners(axes_of(block, lane), *pair.X_WA, pair.margin, manifold)) {
+      manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
+      manifold.lead = manifold.count > 0 ? -1 : pair.margin;
+    }
+    if (manifold.count > 0) add_rest_of_faces(manifold);
   } else if (s_edge > std::max(s_A, s_B)) {
     manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
+    if (manifold.count > 0) add_rest_of_faces(manifold);
   } else {
     alone(s_B <= s_A, own, manifold);
   }

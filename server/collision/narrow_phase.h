@@ -31,11 +31,11 @@ class Collisions {
       : made_(made), boxes_(made, lanes), polytopes_(made) {}
 
   /// Shapes and poses must last until `finish`. `wants_lead`: else the manifold may come without
-  /// one.
+  /// one. `foresight`: as of BoxBatch; other shapes have none.
   void add(std::size_t key, const Collider& A, const Collider& B, double margin,
-           bool wants_lead = false) {
+           bool wants_lead = false, double foresight = 0) {
     if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
-      boxes_.add(key, A, B, margin);
+      boxes_.add(key, A, B, margin, foresight);
     } else if (PolytopeBatch::takes(A, B)) {
       polytopes_.add(key, A, B, margin, wants_lead);
     } else {

@@ -42,6 +42,14 @@ struct CollisionTolerances {
   /// "heaps of cubes come to rest, or nearly".
   double clip_slack_m = 1e-3;
 
+  /// Cosine of the angle to the normal up to which faces beside an edge or corner that touches are
+  /// foreseen to meet (26 degrees): without it boxes in a heap that falls in turned into each other
+  /// by 0.3 m in a tick, 0.09 m in the mean, with it by half of that.
+  double facing_cosine = 0.9;
+  /// m, scaled. What is nearer than this to the point that touches says nothing new. Test of both:
+  /// "faces that are about to slam together are foreseen".
+  double same_place_m = 0.1;
+
   /// m. When four of more points are chosen, depths and distances closer than this count as equal,
   /// so that rounding does not choose. Test: "rounding does not choose among eight points".
   double tie_m = 1e-9;

@@ -207,13 +207,24 @@ void measure_fast_limits(World::State& s) {
       limits.thickness = std::numeric_limits<double>::infinity();
       continue;
     }
+    const double radius = reach(collider, Vector::Zero());
+    limits.unevenness = std::max(radius - limits.thickness, 0.0);
+    limits.turn_lever = std::sqrt(limits.unevenness * (radius + limits.thickness));
     const bool has_radius = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule;
-    limits.turn_radius = reach(collider, Vector::Zero()) - (has_radius ? shape.radius_m() : 0);
+    limits.turn_radius = radius - (has_radius ? shape.radius_m() : 0);
     const bool has_axis = shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::cylinder ||
                           shape.kind == ShapeKind::cone;
     limits.is_round = has_axis && !s.settings.is_planar;
     if (limits.is_round) s.axial_shares[i] = axial_share(s.bodies, i);
   }
+}
+
+double nearer_by_turning(const World::State& s, std::size_t i) {
+  const FastLimits& limits = s.fast.limits[i];
+  const Vector& w = s.bodies.w[i];
+  if (limits.unevenness == 0 || w.isZero(0)) return 0;
+  const double spin = limits.is_round ? w.cross(s.poses[i].R.col(2)).norm() : w.norm();
+  return std::min(s.dt * spin * limits.turn_lever, limits.unevenness);
 }
 
 void begin_fast_bodies(World::State& s) {

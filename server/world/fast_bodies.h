@@ -30,6 +30,9 @@ struct FastLimits {
   double thickness = 0;    ///< m, half the least width
   double reach = 0;        ///< m, from Bcm to the farthest point
   double turn_radius = 0;  ///< m, of what rotation about Bo moves; 0: nothing
+  double unevenness = 0;   ///< m: reach R about Bo less thickness r, what a turn may bring nearer
+  double turn_lever = 0;   ///< m: what touches is r or more from Bo along the normal, and so comes
+                           ///< no faster than by |w| sqrt(R^2 - r^2)
   bool is_round = false;   ///< about z: spin about it moves nothing
 };
 
@@ -59,6 +62,8 @@ struct FastBodies {
 /// The colliders are others now.
 void measure_fast_limits(World::State& s);
 void begin_fast_bodies(World::State& s);
+/// m: how much nearer to others its spin may bring the body's surface in this tick.
+double nearer_by_turning(const World::State& s, std::size_t i);
 /// Takes note if a body is fast; of that body alone, so that many may be looked at side by side.
 void note_if_fast(World::State& s, std::size_t slot);
 /// Likewise; and the box of a collider over the tick.

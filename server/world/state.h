@@ -104,6 +104,7 @@ struct World::State {
   bool has_composites = false;             ///< among them
   std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
+  std::vector<double> turns;               ///< m, by slot: nearer_by_turning
   std::vector<Aabb> boxes;                 ///< of colliders, in their order; not of balls apart
   std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;

@@ -112,6 +112,7 @@ void World::Steps::list_colliders(State& s) {
   const std::size_t slots = s.colliders.empty() ? 0 : s.bodies.size();
   s.poses.resize(slots);
   s.paths.resize(slots);
+  s.turns.assign(slots, 0);
   s.inverse_inertia_W.resize(slots);
   forget_slots_of_sleepers(s);
 }
@@ -162,6 +163,7 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
   s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
   s.poses[i] = now;
+  s.turns[i] = nearer_by_turning(s, i);
   s.boxes[k] = {};
   if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
   s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
@@ -195,7 +197,8 @@ class Narrow final : public MadeManifolds {
     if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double path = s_.paths[a] + s_.paths[b], reach = std::min(s_.reaches[a], s_.reaches[b]);
     if (s_.memory.recall(k, s_.poses[a], s_.poses[b], path, reach, margin, s_.manifolds[k])) return;
-    fresh_.add(k, s_.collider(a), s_.collider(b), margin, s_.memory.is_slow(k));
+    fresh_.add(k, s_.collider(a), s_.collider(b), margin, s_.memory.is_slow(k),
+               s_.turns[a] + s_.turns[b]);
   }
   void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {

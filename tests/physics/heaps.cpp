@@ -36,6 +36,25 @@ void add_heap(World& world, int side, int layers, std::uint64_t seed) {
 
 }  // namespace
 
+TEST_CASE(
+    "cubes that fall on each other at 17 m/s never overlap by more than a fifth of their side") {
+  // What the benchmark's pile is asked for. Up to a third, in the mean of the worst ones by as much
+  // again as now, where only what was nearest was seen: faces that slam together as the bodies turn
+  // about it were not.
+  for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
+    World world(settings());
+    add_heap(world, 6, 10, seed);
+    double deepest = 0, sum = 0;
+    for (int tick = 0; tick < 240; ++tick) {
+      const double now = world.step().penetration_max_m;
+      deepest = std::max(deepest, now);
+      sum += now;
+    }
+    CAPTURE(seed, sum / 240);
+    CHECK(deepest < 0.2);
+  }
+}
+
 TEST_CASE("heaps of cubes come to rest, or nearly") {
   // More than half of them moved by 1 mm/s for good: contacts changed between a face and edges in
   // every tick, or which four of eight points stood for a face, and forgot what they had carried.

@@ -1,4 +1,5 @@
 // Heaps of cubes that fell as they liked: they come to rest, without sleep.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <numbers>
 
@@ -36,22 +37,19 @@ void add_heap(World& world, int side, int layers, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE(
-    "cubes that fall on each other at 17 m/s never overlap by more than a fifth of their side") {
-  // What the benchmark's pile is asked for. Up to a third, in the mean of the worst ones by as much
-  // again as now, where only what was nearest was seen: faces that slam together as the bodies turn
-  // about it were not.
+TEST_CASE("cubes that fall on each other do not turn into each other") {
+  // Less than the 0.15 m that a prototype of this method had in the benchmark's pile, which falls
+  // twice as far. Up to 0.22 m, and the worst of a tick 0.033 m in the mean instead of 0.011 m,
+  // where faces that slam together as bodies turn about an edge were not foreseen.
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
     World world(settings());
     add_heap(world, 6, 10, seed);
-    double deepest = 0, sum = 0;
+    double deepest = 0;
     for (int tick = 0; tick < 240; ++tick) {
-      const double now = world.step().penetration_max_m;
-      deepest = std::max(deepest, now);
-      sum += now;
+      deepest = std::max(deepest, world.step().penetration_max_m);
     }
-    CAPTURE(seed, sum / 240);
-    CHECK(deepest < 0.2);
+    CAPTURE(seed);
+    CHECK(deepest < 0.15);
   }
 }
 

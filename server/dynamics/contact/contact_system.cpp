@@ -58,8 +58,7 @@ void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
       point.bias = 0;
       point.acts = true;
       point.A = side_of(c.a, p.rA, c.turn_A, *c.inverse_inertia_A, c.inverse_mass_A, E, c, bodies);
-      point.B =
-          side_of(c.b, p.rB, c.turn_B, *c.inverse_inertia_B, c.inverse_mass_B, E, c, bodies);
+      point.B = side_of(c.b, p.rB, c.turn_B, *c.inverse_inertia_B, c.inverse_mass_B, E, c, bodies);
       const Matrix K = response(point, point);
       point.K = K.diagonal();
       point.inverse_K = K.inverse();

@@ -47,8 +47,7 @@ void Impacts::begin(std::span<ContactConstraint* const> constraints, const BodyL
     const Matrix &IA = *c->inverse_inertia_A, &IB = *c->inverse_inertia_B;
     for (ConstraintPoint& p : c->used()) {
       points_.push_back({c, &p, side(*c, a, c->turn_A, c->inverse_mass_A, IA, p.rA, bodies),
-                         side(*c, b, c->turn_B, c->inverse_mass_B, IB, p.rB, bodies), 0,
-                         false});
+                         side(*c, b, c->turn_B, c->inverse_mass_B, IB, p.rB, bodies), 0, false});
     }
   }
   if (!points_.empty()) link(bodies.lines());

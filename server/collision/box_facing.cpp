@@ -15,7 +15,7 @@
 // they are apart: it counts only if it cannot be off by more than the slack, or if the boxes are
 // nearest where these edges cross.
 //
-// Where edges or corners are nearest, the rest of the faces is foreseen as far as the margin goes.
+// Where edges or corners are nearest, the rest of the faces is told as far as the foresight goes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -170,7 +170,7 @@ double BoxBatch::Facing::lead(Manifold& manifold, double missed) const {
 }
 
 /// The faces of boxes that meet by edges or corners, if they look at each other: what else of them
-/// is within the margin. Boxes that turn about the point where they touch slam these together
+/// is within the foresight. Boxes that turn about the point where they touch slam these together
 /// within a tick. Each point is on both boxes, the separation that of its ends along the normal.
 void BoxBatch::Facing::add_rest_of_faces(Manifold& manifold) const {
   Manifold at_face;

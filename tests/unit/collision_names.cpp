@@ -93,8 +93,8 @@ TEST_CASE("a lone point keeps its name while the same corners touch, or the same
       }
     }
   }
-  CHECK(names.corners > trials(100'000));
-  CHECK(names.crossings > trials(100'000));
+  CHECK(names.corners > trials(50'000));
+  CHECK(names.crossings > trials(50'000));
   CHECK(names.changed == 0);
   CHECK(names.flickers == 0);
 }

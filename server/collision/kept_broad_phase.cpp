@@ -94,7 +94,7 @@ class KeptBroadPhase final : public BroadPhase {
     fresh_pairs_.note_call_with_rooms(is_renewal, method_ == "grid");
     const bool fits = is_renewal ? renew(input) : update(input);
     if (fits) {
-      report_.boxes_seen += room_pairs_.compare(input, changed_, pairs);
+      report_.boxes_seen += room_pairs_.compare(input, changed_, left_, pairs);
       add_planes(input, pairs);
     }
     remember(input);
@@ -205,7 +205,7 @@ class KeptBroadPhase final : public BroadPhase {
   /// `returns`: it enters again at once, and stays young if it was.
   void leave(std::size_t i, bool returns) {
     if (homes_[i] == Home::none) return;
-    left_[i] = 1;
+    left_[i] = changed_[i] = 1;
     has_left_ = true;
     if (homes_[i] == Home::young && returns) return;
     if (homes_[i] == Home::old) (moves_[i] != 0 ? old_.moving : old_.immovable).remove(places_[i]);
@@ -322,7 +322,7 @@ class KeptBroadPhase final : public BroadPhase {
         });
     if (room_pairs_.size() + fresh_.size() > kCandidates * most_) return false;
     sorter_.sort(last_.size(), fresh_);
-    room_pairs_.exchange(left_, fresh_);
+    room_pairs_.insert(fresh_);
     return true;
   }
 

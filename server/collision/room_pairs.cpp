@@ -1,5 +1,5 @@
-// Nearly all pairs stay from call to call, so that what is done for each of them counts: they are
-// moved in place, by whole runs where others come in between.
+// Nearly all pairs stay from call to call, so that what is done for each of them counts: those that
+// go keep their place until they are many, and those that come move the others by whole runs.
 #include "server/collision/room_pairs.h"
 
 #include <algorithm>
@@ -10,6 +10,7 @@ namespace cradle {
 namespace {
 
 constexpr std::size_t kCompared = 2048;  // pairs at a time: worth a thread
+constexpr std::size_t kGone = 16;        // one pair in ... may be gone
 
 std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
@@ -17,97 +18,102 @@ std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 void RoomPairs::clear() {
   pairs_.clear();
-  overlaps_.clear();
+  states_.clear();
+  gone_ = 0;
 }
 
 void RoomPairs::replace(std::vector<BodyPair>& sorted) {
   pairs_.swap(sorted);
-  overlaps_.assign(pairs_.size(), 0);
+  states_.assign(pairs_.size(), State::fresh);
+  gone_ = 0;
 }
 
 void RoomPairs::renumber(std::span<const std::int32_t> now) {
-  std::size_t count = 0;
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    const BodyPair pair{now[index(pairs_[k].a)], now[index(pairs_[k].b)]};
-    if (pair.a < 0 || pair.b < 0) continue;
-    overlaps_[count] = overlaps_[k];
-    pairs_[count++] = pair;
+    pairs_[k] = {now[index(pairs_[k].a)], now[index(pairs_[k].b)]};
+    if (pairs_[k].a < 0 || pairs_[k].b < 0) states_[k] = State::gone;
   }
-  pairs_.resize(count);
-  overlaps_.resize(count);
+  sweep();
 }
 
-void RoomPairs::exchange(std::span<const std::uint8_t> left, std::span<const BodyPair> sorted) {
-  const std::uint8_t* const has_left = left.data();
-  BodyPair* const pairs = pairs_.data();
-  std::uint8_t* const overlaps = overlaps_.data();
+void RoomPairs::sweep() {
   std::size_t count = 0;
-  for (std::size_t k = 0, size = pairs_.size(); k < size; ++k) {
-    const BodyPair pair = pairs[k];
-    pairs[count] = pair;
-    overlaps[count] = overlaps[k];
-    count += (has_left[index(pair.a)] | has_left[index(pair.b)]) == 0 ? 1 : 0;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    pairs_[count] = pairs_[k];
+    states_[count] = states_[k];
+    count += states_[k] != State::gone ? 1 : 0;
   }
   pairs_.resize(count);
-  overlaps_.resize(count);
-  insert(sorted);
+  states_.resize(count);
+  gone_ = 0;
 }
 
 /// From the last to the first, each run to its place.
 void RoomPairs::insert(std::span<const BodyPair> sorted) {
+  if (gone_ * kGone > pairs_.size()) sweep();
   auto end = static_cast<std::ptrdiff_t>(pairs_.size());
   pairs_.resize(pairs_.size() + sorted.size());
-  overlaps_.resize(pairs_.size());
+  states_.resize(pairs_.size());
   const auto pairs = pairs_.begin();
-  const auto overlaps = overlaps_.begin();
+  const auto states = states_.begin();
   for (auto left = static_cast<std::ptrdiff_t>(sorted.size()); left > 0; --left) {
     const BodyPair pair = sorted[static_cast<std::size_t>(left - 1)];
     const std::ptrdiff_t place = std::lower_bound(pairs, pairs + end, pair) - pairs;
     std::move_backward(pairs + place, pairs + end, pairs + end + left);
-    std::move_backward(overlaps + place, overlaps + end, overlaps + end + left);
+    std::move_backward(states + place, states + end, states + end + left);
     pairs[place + left - 1] = pair;
-    overlaps[place + left - 1] = 0;
+    states[place + left - 1] = State::fresh;
     end = place;
   }
 }
 
 std::int64_t RoomPairs::compare(const BroadPhaseInput& input, std::span<const std::uint8_t> changed,
-                                std::vector<BodyPair>& pairs) {
+                                std::span<const std::uint8_t> left, std::vector<BodyPair>& pairs) {
   pairs.resize(pairs_.size());
-  compared_.resize(chunks_of(pairs_.size(), kCompared));
-  for_chunks(*input.executor, pairs_.size(), kCompared,
-             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-               compared_[chunk] =
-                   compare_some(input, changed.data(), begin, end, pairs.data() + begin);
-             });
+  compared_.assign(chunks_of(pairs_.size(), kCompared), {});
+  const auto chunks = static_cast<int>(compared_.size());
+  input.executor->for_ranges(chunks, 1, [&](int first, int last) {
+    const std::size_t begin = index(first) * kCompared;
+    const std::size_t end = std::min(index(last) * kCompared, pairs_.size());
+    compared_[index(first)] =
+        compare_some(input, {changed.data(), left.data()}, begin, end, pairs.data() + begin);
+  });
   std::int64_t looked_at = 0;
   auto to = pairs.begin();
   for (std::size_t chunk = 0; chunk < compared_.size(); ++chunk) {
     looked_at += compared_[chunk].looked_at;
+    gone_ += index(compared_[chunk].gone);
     const auto from = pairs.begin() + static_cast<std::ptrdiff_t>(chunk * kCompared);
-    to = std::move(from, from + compared_[chunk].overlapping, to);
+    if (from != to) std::move(from, from + compared_[chunk].overlapping, to);
+    to += compared_[chunk].overlapping;
   }
   pairs.erase(to, pairs.end());
   return looked_at;
 }
 
 /// Those of `begin` to `end` that overlap go to `to`.
-RoomPairs::Compared RoomPairs::compare_some(const BroadPhaseInput& input,
-                                            const std::uint8_t* changed, std::size_t begin,
-                                            std::size_t end, BodyPair* to) {
+RoomPairs::Compared RoomPairs::compare_some(const BroadPhaseInput& input, const Marks& marks,
+                                            std::size_t begin, std::size_t end, BodyPair* to) {
   // By pointers that no byte that is written could be part of.
   const BodyPair* const pairs = pairs_.data();
   const Aabb* const boxes = input.boxes.data();
-  std::uint8_t* const overlaps = overlaps_.data();
-  Compared compared{0, 0};
+  State* const states = states_.data();
+  const auto [changed, left] = marks;
+  Compared compared;
   for (std::size_t k = begin; k < end; ++k) {
     const BodyPair pair = pairs[k];
-    if ((changed[index(pair.a)] | changed[index(pair.b)]) != 0) {
-      overlaps[k] = overlap(boxes[index(pair.a)], boxes[index(pair.b)]) ? 1 : 0;
-      ++compared.looked_at;
+    const std::size_t a = index(pair.a), b = index(pair.b);
+    if ((changed[a] | changed[b]) != 0 && states[k] != State::gone) {
+      if (states[k] != State::fresh && (left[a] | left[b]) != 0) {
+        states[k] = State::gone;
+        ++compared.gone;
+      } else {
+        states[k] = overlap(boxes[a], boxes[b]) ? State::overlapping : State::apart;
+        ++compared.looked_at;
+      }
     }
     to[compared.overlapping] = pair;
-    compared.overlapping += overlaps[k];
+    compared.overlapping += states[k] == State::overlapping ? 1 : 0;
   }
   return compared;
 }

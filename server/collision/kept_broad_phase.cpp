@@ -205,7 +205,7 @@ class KeptBroadPhase final : public BroadPhase {
   /// `returns`: it enters again at once, and stays young if it was.
   void leave(std::size_t i, bool returns) {
     if (homes_[i] == Home::none) return;
-    left_[i] = changed_[i] = 1;
+    left_[i] = changed_[i] = 1;  // its pairs are looked at, be its slot gone
     has_left_ = true;
     if (homes_[i] == Home::young && returns) return;
     if (homes_[i] == Home::old) (moves_[i] != 0 ? old_.moving : old_.immovable).remove(places_[i]);

@@ -70,7 +70,7 @@ TEST_CASE("a lone point keeps its name while the same corners touch, or the same
   Names names;
   for (const auto& [kind_A, kind_B] : kinds) {
     Random random(96);
-    for (int trial = 0; trial < trials(1500); ++trial) {
+    for (int trial = 0; trial < trials(1800); ++trial) {
       CAPTURE(word_of(kind_A), word_of(kind_B), trial);
       Pair pair = random.pair(kind_A, kind_B);
       const Vector n = pair.collide(10).normal_W;
@@ -93,8 +93,8 @@ TEST_CASE("a lone point keeps its name while the same corners touch, or the same
       }
     }
   }
-  CHECK(names.corners > trials(50'000));
-  CHECK(names.crossings > trials(50'000));
+  CHECK(names.corners > trials(100'000));
+  CHECK(names.crossings > trials(100'000));
   CHECK(names.changed == 0);
   CHECK(names.flickers == 0);
 }

@@ -31,7 +31,7 @@ void BodyLines::take_means(double h) {
 
 double BodyLines::kinetic_energy(std::int32_t line, const Vector& v, const Vector& w) const {
   const State& state = at(states_, line);
-  const double linear = v.squaredNorm() / bodies_.inverse_mass[state.slot];
+  const double linear = state.mass * v.squaredNorm();
   if (!state.turns) return 0.5 * linear;
   const Vector& J = bodies_.inertia[state.slot];
   if (!state.tumbles) return 0.5 * (linear + J.x() * w.squaredNorm());

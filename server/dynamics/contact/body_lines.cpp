@@ -70,6 +70,7 @@ void BodyLines::begin_line(std::int32_t line, const Matrix& inverse_inertia_W) {
   state.turns = !bodies_.inverse_inertia[i].isZero(0);
   state.tumbles = state.turns && !has_equal_moments(bodies_.inertia[i]);
   state.is_twisted = state.turns && !bodies_.torque[i].isZero(0);
+  state.mass = 1 / bodies_.inverse_mass[i];
   state.pull = bodies_.acceleration[i].norm();
   BodyLine& load = at(loads_, line);
   load = {};

@@ -64,6 +64,8 @@ class BodyLines {
   bool is_struck(std::int32_t a, std::int32_t b) const {
     return at(struck_, a) != 0 || at(struck_, b) != 0;
   }
+  /// Takes back that bodies are struck, in islands whose contacts give no energy.
+  void forgive_struck();
   /// Puts aside v and w, and in their place what contacts of struck bodies did, which is 0 at
   /// first; and back.
   void begin_repeats();
@@ -142,7 +144,7 @@ class BodyLines {
   const BodyLine* means() const { return means_.data(); }
   /// J, at these velocities of its line.
   double kinetic_energy(std::int32_t line, const Vector& v, const Vector& w) const;
-  double mass(std::int32_t line) const { return 1 / bodies_.inverse_mass[at(states_, line).slot]; }
+  double mass(std::int32_t line) const { return at(states_, line).mass; }
   /// Takes away what there is, before a tick; adds it, and what loads did, after the last sub-step.
   void begin_balance(ContactBalance& balance);
   void end_balance(ContactBalance& balance, double dt) const;
@@ -159,6 +161,7 @@ class BodyLines {
     bool tumbles;      // with unequal moments
     bool is_twisted;   // by a torque
     bool rests;        // among others
+    double mass;       // kg
     double pull;       // m/s^2, the size of its acceleration
     double gyration2;  // m^2, largest moment by mass
   };
@@ -192,6 +195,8 @@ class BodyLines {
   std::size_t island_of(std::int32_t line) const {
     return islands_.empty() ? 0 : static_cast<std::size_t>(at(islands_, line));
   }
+  double energy_given(std::int32_t line, const Vector& v_before, const Vector& w_before) const;
+  void add_gains();
   Vector free_turn(const State& state, const Turning& turning, const Vector& w, double h) const;
   Vector along_loads(std::int32_t line) const;  // a unit, or 0
   void turn(const State& state, Turning& turning, const Vector& w, double h);

@@ -175,6 +175,7 @@ void SoftBatch::warm_start() {
 
 /// A blow does not come again: body_repeats.cpp.
 void SoftBatch::limit_repeats() {
+  if (bodies_.has_struck()) bodies_.forgive_struck();
   if (!bodies_.has_struck()) return;
   bodies_.begin_repeats();
   blocks_.repeat_struck(*executor_, *kernels_, bodies_);

@@ -52,6 +52,9 @@ constexpr double kDeeperShare = 0.25;  // so that two ticks of it are far from t
 /// So that all ticks of it are: a needle whose ends strike in turn gains on its contacts. Test: "a
 /// needle that rattles on a surface stays in front of it".
 constexpr double kDeepestShare = 0.5;
+/// What gets deeper still, by a gap in each tick, is put out by this many gaps: else what spins in
+/// a groove goes through in the end. Test: "what spins in a groove does not get deeper".
+constexpr double kOutOfGap = 2;
 
 bool is_half_space(const MovingPart& part) {
   return part.start.shape.kind == ShapeKind::half_space;
@@ -234,6 +237,8 @@ TimeOfImpact convex_impact(const MovingPart& A, const MovingPart& B, ImpactGoal 
       result.time = time;
       result.normal_W = now.n_W;
       result.separation = now.s;
+      const double too_deep = -now.s - lengths.deepest;
+      result.out = std::clamp(too_deep, 0.0, kOutOfGap * lengths.gap);
       return result;
     }
     time = meeting.advance(time, now, goal);

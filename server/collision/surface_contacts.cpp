@@ -189,12 +189,7 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
   const bool is_over = over.inside(a) >= -seam_;
   const bool is_front = over.height(centre_) > 0;
   if (!has_active || (is_over && over.inside_active(a) >= std::max(0.0, -s_core))) {
-    const std::size_t begin = contacts_.size();
-    if (is_front) {
-      add_face_points(t, over, false, -kInfinity);
-      if (!has_active) mark_doubtful(begin);
-      return;
-    }
+    if (is_front) return add_face_points(t, over, false, -kInfinity);
     came_from_behind_ = came_from_behind_ || is_over || over.inside(centre_) >= 0;
     return;
   }
@@ -208,11 +203,7 @@ void SurfaceContactFinder::add(const SurfaceTriangle& t) {
       return;
     case Nearest::none:
       if (least < passed_separation_) passed_ = t.number, passed_separation_ = least;
-      if (is_front) {
-        const std::size_t begin = contacts_.size();
-        add_face_points(t, over, true, -kInfinity);
-        return mark_doubtful(begin);
-      }
+      if (is_front) return add_face_points(t, over, true, -kInfinity);
       came_from_behind_ = came_from_behind_ || is_over || over.inside(centre_) >= 0;
   }
 }
@@ -360,19 +351,10 @@ void SurfaceContactFinder::mark_parted() {
 }
 
 /// Both triangles at an edge may have touched it along directions of their own: the one that parts
-/// C from the surface sooner is right. And where C reaches over some triangles into others, such as
-/// beyond the edge of a cliff, those know no better than to push it out along n, which may be far:
-/// if others tell that C is not that deep, they are wrong.
+/// C from the surface sooner is right.
 void SurfaceContactFinder::settle() {
   constexpr double kSame_m = 1e-7;
-  double deepest = kInfinity;
-  for (const SurfaceContact& c : contacts_) {
-    if (!c.is_doubtful) deepest = std::min(deepest, c.separation);
-  }
-  const double limit =
-      2 * std::min(deepest, 0.0) - 0.1 * shape_.thickness - kTolerances.clip_slack_m;
   const auto is_wrong = [&](const SurfaceContact& c) {
-    if (c.is_doubtful) return deepest < kInfinity && c.separation < limit;
     return c.edge != 0 && std::ranges::any_of(contacts_, [&](const SurfaceContact& other) {
              return other.edge == c.edge && other.least > c.least + kSame_m;
            });

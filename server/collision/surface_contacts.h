@@ -17,9 +17,8 @@ struct SurfaceContact {
   double separation;  ///< along the normal
   std::uint32_t name;
   std::int32_t triangle = -1;
-  bool is_doubtful = false;  ///< along a normal that is only known to be one of the surface
-  std::uint64_t edge = 0;    ///< of a contact with an edge: which; else 0
-  double least = 0;          ///< of such a contact: separation by the direction that was found
+  std::uint64_t edge = 0;  ///< of a contact with an edge: which; else 0
+  double least = 0;        ///< of such a contact: separation by the direction that was found
 };
 
 /// A plane that touches the surface: C, moved out by its separation, is in front.
@@ -102,9 +101,6 @@ class SurfaceContactFinder {
   void add_plane(std::int32_t triangle, const Vector& normal, double offset, double least);
   const PartingPlane* parting_plane(std::int32_t triangle, double from) const;
   void mark_parted();
-  void mark_doubtful(std::size_t begin) {
-    for (std::size_t i = begin; i < contacts_.size(); ++i) contacts_[i].is_doubtful = true;
-  }
 
   const SurfaceView& surface_;
   const ConvexShape shape_;

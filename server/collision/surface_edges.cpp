@@ -250,7 +250,7 @@ bool SurfaceContactFinder::add_edge_or_vertex(const SurfaceTriangle& t, Touch& t
   const auto emit = [&](const Vector& p, double separation, std::uint32_t name) {
     if (!(separation <= margin_)) return;
     contacts_.push_back({touch.normal, X_SC_.x + X_SC_.R * (T.transpose() * p), separation, name,
-                         t.number, touch.is_in_wedge, key, s});
+                         t.number, key, s});
   };
   for (const FeatureContact& point : points.used()) {
     if (point.is_guess) continue;

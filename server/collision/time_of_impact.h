@@ -52,7 +52,8 @@ struct TimeOfImpact {
   double time = 1;
   Vector normal_W = Vector::UnitZ();  ///< unit, from A to B, at `time`; if hit
   double separation = 0;              ///< m, at `time`; if hit
-  bool began_touching = false;        ///< nearer than the gap at time 0
+  double out = 0;  ///< m: parts that are deeper than the deepest at `time` are to part by this
+  bool began_touching = false;  ///< nearer than the gap at time 0
   int iterations = 0;
 };
 

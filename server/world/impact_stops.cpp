@@ -185,6 +185,7 @@ class Stops {
         if (c.time < one->path.until) {
           one->path.until = c.time;
           one->carrier = -1;
+          one->out = (slot == c.pair.a ? -found[k].out : found[k].out) * found[k].normal_W;
           stopped.push_back(slot);
         }
         if (carries && one->carrier < 0) {  // it may come to where another has stopped it
@@ -214,6 +215,7 @@ class Stops {
         if (one == nullptr || one->path.until == 0) continue;
         one->path.until = 0;
         one->carrier = -1;
+        one->out.setZero();
         ++s_.fast.unresolved;
       }
     }
@@ -263,6 +265,7 @@ class Stops {
     const double kinetic_J = momentum_of(s_, i).kinetic_J;
     Pose X = moved(mover.path, s_.poses[i], t);
     if (mover.carrier >= 0) X = carried(X, mover.carrier, mover.carried_from);
+    X.x += mover.out;
     bodies.place(i, {X.x, normalised(Rotation(X.R))});
     ++s_.fast.stopped;
     if (mover.flew_fast) {

@@ -2,7 +2,8 @@
 ///
 /// Bodies that stop change what others hit. So pairs are looked at anew until nothing changes, in
 /// the order of slots; bodies whose pairs still change after kSweepsMax sweeps stay where the tick
-/// began, and are counted. A stop only ever shortens a way. Static, kinematic and slow bodies never
+/// began, and are counted. A stop only ever shortens a way, but for a push out of what it is in too
+/// deep. Static, kinematic and slow bodies never
 /// stop: a slow one cannot get past a fast one that has stopped. What a kinematic body hits goes
 /// along with it from there, also where another has stopped it before: else that would pass over
 /// it.
@@ -29,9 +30,10 @@ struct ImpactStops {
     std::size_t slot;
     Path path;  // `until` is where it stops
     bool flew_fast;
-    Vector v_start, w_start;    // if so: before it moved
-    std::int32_t carrier = -1;  // slot of the kinematic body that it goes along with,
-    double carried_from = 0;    // of the tick
+    Vector v_start, w_start;      // if so: before it moved
+    std::int32_t carrier = -1;    // slot of the kinematic body that it goes along with,
+    double carried_from = 0;      // of the tick
+    Vector out = Vector::Zero();  // m: away from what stops it
   };
 
   struct Candidate {

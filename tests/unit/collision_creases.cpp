@@ -10,11 +10,12 @@ namespace {
 
 constexpr double kMargin = 0.02;
 
-std::vector<Manifold> touch(const GeometryPointer& ground, const Solid& body, const Pose& X_WC) {
+std::vector<Manifold> touch(const GeometryPointer& ground, const Solid& body, const Pose& X_WC,
+                            double margin = kMargin) {
   std::vector<Manifold> manifolds;
   const Shape shape = Shape::stored(ground->kind(), 1);
   const Pose in_W;
-  add_manifolds({shape, in_W, ground.get()}, {body.shape, X_WC, body.geometry.get()}, kMargin,
+  add_manifolds({shape, in_W, ground.get()}, {body.shape, X_WC, body.geometry.get()}, margin,
                 manifolds);
   return manifolds;
 }
@@ -116,4 +117,37 @@ TEST_CASE("a tip behind the crease of a valley touches") {
       }
     }
   }
+}
+
+TEST_CASE("what is in one side of a groove touches there, whatever else is near") {
+  // The point was taken out, because the other side, not overlapped at all, told that the body was
+  // not that deep: what spun in grooves hung there, and in the end went through.
+  Random random(11);
+  const std::vector<Solid> bodies = {Shape::capsule(0.05, 0.12), Shape::box({0.1, 0.15, 0.05}),
+                                     Shape::cylinder(0.08, 0.1),
+                                     Shape::ellipsoid({0.1, 0.15, 0.08})};
+  int overlapping = 0;
+  for (const double slope : {0.5, 1.0, 2.0}) {
+    std::vector<double> heights;  // with a ridge at x = 1
+    for (int row = 0; row < 5; ++row) {
+      for (const double z : {2.0, 1.0, 0.0, 1.0, 0.0}) heights.push_back(slope * z);
+    }
+    const GeometryPointer ground = make_height_field(5, 5, 1, 1, heights).geometry;
+    const Vector n = Vector(slope, 0, 1).normalized(), n_beyond(-n.x(), 0, n.z());
+    for (const Solid& body : bodies) {
+      for (int trial = 0; trial < 500; ++trial) {
+        CAPTURE(slope, word_of(body.shape.kind), trial);
+        Pose X{{-0.4, random.uniform(-0.3, 0.3), slope * 0.4}, random.rotation()};
+        const auto depth = [&](const Vector& normal) {  // behind the plane through the crease
+          return support(body, X, -normal);
+        };
+        X.x += n * (depth(n) - random.uniform(0.005, 0.04));
+        if (depth(n_beyond) > -1e-3) continue;
+        const std::vector<Manifold> manifolds = touch(ground, body, X, 1);
+        REQUIRE(std::abs(deepest_of(manifolds) - depth(n)) < 1e-9);
+        ++overlapping;
+      }
+    }
+  }
+  CHECK(overlapping > 4000);
 }

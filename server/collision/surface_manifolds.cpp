@@ -51,8 +51,35 @@ struct Room {
   std::vector<Candidate> candidates;
 };
 
+/// Whether `c` is on the line between two others of one manifold, and no deeper than it is there.
+bool is_between(const Candidate& c, const Candidate& from, const Candidate& to, double slack) {
+  const Vector way = to.p - from.p, d = c.p - from.p;
+  const double length2 = way.head<2>().squaredNorm();
+  const double on = way.head<2>().dot(d.head<2>()) / length2;
+  if (!(on > 0 && on < 1)) return false;
+  const Vector off = d - on * way;
+  return off.head<2>().squaredNorm() < slack * slack && off.z() > -kTolerances.witness_m;
+}
+
+/// Takes out points of no feature, each the nearest one of a triangle that has no other, between
+/// two that have one: of how a flat surface is cut into triangles nothing is seen by a rod on it.
+/// `candidates` are sorted by name.
+void take_out_between(std::vector<Candidate>& candidates, double slack) {
+  const auto named =
+      std::ranges::find_if(candidates, [](const Candidate& c) { return c.contact->name != 0; });
+  const std::span<const Candidate> others(named, candidates.end());
+  const auto is_held = [&](const Candidate& c) {
+    return std::ranges::any_of(others, [&](const Candidate& from) {
+      return std::ranges::any_of(
+          others, [&](const Candidate& to) { return is_between(c, from, to, slack); });
+    });
+  };
+  candidates.erase(std::remove_if(candidates.begin(), named, is_held), named);
+}
+
 /// The contacts in `members` as one manifold of normal `n`, in S.
-void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& manifold) {
+void write_manifold(const Vector& n, const Pose& X_WS, double same_place, Room& room,
+                    Manifold& manifold) {
   const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
   const Vector x = helper.cross(n).normalized(), y = n.cross(x);
   room.candidates.clear();
@@ -64,6 +91,7 @@ void write_manifold(const Vector& n, const Pose& X_WS, Room& room, Manifold& man
   std::sort(
       room.candidates.begin(), room.candidates.end(),
       [](const Candidate& a, const Candidate& b) { return a.contact->name < b.contact->name; });
+  take_out_between(room.candidates, same_place);
   std::span<Candidate> chosen(room.candidates);
   if (chosen.size() > kManifoldPoints) {
     bring_best_four(chosen);
@@ -112,7 +140,7 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
     const std::uint64_t code = code_of(n);
     Manifold manifold;
     manifold.part = part | code << 28 | used[code]++;
-    write_manifold(n, X_WS, room, manifold);
+    write_manifold(n, X_WS, same_place, room, manifold);
     manifolds.push_back(manifold);
   }
 }

@@ -8,8 +8,8 @@
 // must not be above 0 in an island. Contacts at rest, which stop what loads make, take energy. If W
 // is above 0, the impulses of these contacts are scaled to where the energy is least along them.
 //
-// Where all contacts of an island together give no energy, as is so half of the time in a falling
-// heap, that is not looked into: what they give to each body is known, and costs no pass over them.
+// Where all contacts of an island together give no energy, W is not looked into, and may be above
+// 0: what they all give to each body is known, and costs no pass over them.
 #include <algorithm>
 #include <utility>
 

@@ -144,6 +144,9 @@ void write_world(Page& page, const Readings& r) {
   page.counter("cradle_impacts_unresolved_total",
                "Searches for a time of impact that ended early, and bodies that stayed for it.",
                r.impacts_unresolved);
+  page.counter("cradle_spins_cut_total",
+               "Times that contacts would have spun a body beyond the limit, and it kept that.",
+               r.spins_cut);
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }
 

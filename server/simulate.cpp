@@ -174,6 +174,7 @@ void simulate(const SimulateOptions& options) {
     summary.impacts_spent += summary.last_step.impacts_spent;
     summary.sub_steps_max = std::max(summary.sub_steps_max, summary.last_step.sub_steps_max);
     summary.impacts_unresolved += summary.last_step.impacts_unresolved;
+    summary.spins_cut += summary.last_step.spins_cut;
     add_accuracy(summary, tick);
     summary.crowded_max = std::max(summary.crowded_max, summary.last_step.crowded);
     summary.surfaces_passing_max =

@@ -84,7 +84,7 @@ std::optional<LeastOverlap> OverlapSearch::closest_points(const Vector& edge) {
     if (distance < kKissing_m) return along;
     attempt(v / distance, Touch::on_P);
     if (-best_.overlap < distance - kSure * distance - kRounding * c_.norm()) continue;
-    if (is_beyond_limit()) return beyond(-best_.overlap);
+    if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
     return as_A_sees({true, best_.n, best_.overlap, p, lead_by_turn(distance)});
   }
   return std::nullopt;

@@ -17,6 +17,7 @@
 
 #include "server/collision/feature_overlap.h"
 #include "server/collision/four_points.h"
+#include "server/collision/narrow_phase.h"
 #include "server/collision/pair_functions.h"
 #include "server/collision/tolerances.h"
 
@@ -154,8 +155,9 @@ int names_first(const ConvexShape& shape) {
   return shape.kind == ShapeKind::box || shape.kind == ShapeKind::hull ? 1 : 0;
 }
 
-Manifold apart(double separation) {
+Manifold apart(const Vector& n_W, double separation) {
   Manifold nothing;
+  nothing.normal_W = n_W;
   nothing.lead = separation;
   return nothing;
 }
@@ -186,14 +188,14 @@ double lead_worth_knowing(const ConvexPair& pair) {
 
 Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHints& hints,
                          const Pose& X_WA, double margin) {
-  if (!least.is_within_limit) return apart(-least.overlap - pair.radii());
+  if (!least.is_within_limit) return apart(X_WA.R * least.n, -least.overlap - pair.radii());
 
   SupportFeature A = support_feature(pair.A, least.n, hints.A, least.farthest.A);
   SupportFeature B =
       support_feature(pair.B, -(pair.R.transpose() * least.n), hints.B, least.farthest.B);
   sharpen(pair, A, B, least, hints);
   const double s = -least.overlap - pair.radii();
-  if (!(s <= margin)) return apart(s);
+  if (!(s <= margin)) return apart(X_WA.R * least.n, s);
 
   const Matrix T = frame_along(least.n);
   place(A, T, Vector::Zero(), pair.A.radius);
@@ -233,6 +235,23 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
   const LeastOverlap least =
       least_overlap(pair, margin + pair.radii(), hints, lead_worth_knowing(pair));
   return convex_manifold(pair, least, hints, collider_A.X_WB, margin);
+}
+
+bool begins_at_axis(ShapeKind A, ShapeKind B) {
+  const bool are_boxes = A == ShapeKind::box && B == ShapeKind::box;
+  return has_inside(A) && has_inside(B) && !are_boxes;
+}
+
+std::optional<Manifold> still_apart(const Collider& A, const Collider& B, double margin,
+                                    const PairHints& hints) {
+  if (!hints.was_apart || hints.axis_W.isZero(0) || !begins_at_axis(A.shape.kind, B.shape.kind))
+    return std::nullopt;
+  const ConvexPair pair(A, B);
+  SupportHints none;
+  const double separation =
+      -core_overlap(pair, A.X_WB.R.transpose() * hints.axis_W, none) - pair.radii();
+  if (!(separation > margin)) return std::nullopt;
+  return apart(hints.axis_W, separation);
 }
 
 }  // namespace cradle

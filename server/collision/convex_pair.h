@@ -32,6 +32,11 @@ struct ConvexPair {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     return t.squaredNorm() < kInfinity && R.squaredNorm() < kInfinity;
   }
+  /// From middle to middle, unit: where a search begins that knows nothing better.
+  Vector middles() const {
+    const double length = centre.norm();
+    return length > 0 ? Vector(centre / length) : Vector(Vector::UnitZ());
+  }
   double radii() const { return A.radius + B.radius; }
   /// Well below the size of the smaller shape.
   double small_length() const { return 1e-2 * std::min(A.thickness, B.thickness); }
@@ -73,8 +78,8 @@ struct Simplex {
 /// What the closest points of two cores tell.
 struct Closest {
   enum class Kind { apart, overlapping, beyond_limit } kind = Kind::overlapping;
-  Vector n = Vector::Zero();    ///< unit, from A to B; if apart
-  double distance = 0;          ///< if apart; beyond the limit, a distance they have at least
+  Vector n = Vector::Zero();    ///< unit, from A to B; unless overlapping
+  double distance = 0;          ///< if apart; beyond the limit, what they have along n
   Vector p_A = Vector::Zero();  ///< closest point of A
 };
 
@@ -97,9 +102,10 @@ struct LeastOverlap {
   double sine = 1;  ///< of the angle between the edges that n is across; 1: it is not across two
   SupportHints farthest{-1, -1};  ///< vertices of hulls that are farthest along n, if not below 0
 
-  /// Farther apart than the limit, by that distance at least.
-  static LeastOverlap beyond(double distance) {
+  /// Farther apart than the limit: by `distance` along n, so at least.
+  static LeastOverlap beyond(const Vector& n, double distance) {
     LeastOverlap nothing;
+    nothing.n = n;
     nothing.overlap = -distance;
     return nothing;
   }

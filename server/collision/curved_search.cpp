@@ -123,13 +123,12 @@ class CurvedSearch {
 };
 
 LeastOverlap CurvedSearch::find() {
-  const double length = pair_.centre.norm();
-  Vector n = length > 0 ? Vector(pair_.centre / length) : Vector(Vector::UnitZ());
+  Vector n = pair_.middles();
   Difference top = support(pair_, n, hints_);
   const double overlap = n.dot(top.w);
-  if (-overlap > limit_) return LeastOverlap::beyond(-overlap);
+  if (-overlap > limit_) return LeastOverlap::beyond(n, -overlap);
   const FaceDirection face = flat_ = likely_face(pair_, hints_);
-  if (-face.overlap > limit_) return LeastOverlap::beyond(-face.overlap);
+  if (-face.overlap > limit_) return LeastOverlap::beyond(face.n, -face.overlap);
   if (is_best(pair_, face)) return at_face(face);
 
   const bool is_toward_face = face.overlap < overlap;
@@ -183,7 +182,7 @@ bool CurvedSearch::try_at_once(const Vector& n, const Difference& top) {
 LeastOverlap CurvedSearch::by_distance(Simplex& simplex, const Vector& n) {
   simplex.gap = kFar;
   const Closest far = closest(pair_, Vector::Zero(), n, limit_, simplex, hints_);
-  if (far.kind == Closest::Kind::beyond_limit) return LeastOverlap::beyond(far.distance);
+  if (far.kind == Closest::Kind::beyond_limit) return LeastOverlap::beyond(far.n, far.distance);
   if (far.kind == Closest::Kind::apart) {
     Simplex corners = simplex;
     LeastOverlap found;
@@ -200,7 +199,8 @@ LeastOverlap CurvedSearch::by_distance(Simplex& simplex, const Vector& n) {
 LeastOverlap CurvedSearch::by_fine_distance(Simplex& simplex, const Vector& n) {
   simplex.gap = kFine;
   const Closest found = closest(pair_, Vector::Zero(), n, limit_, simplex, hints_);
-  if (found.kind == Closest::Kind::beyond_limit) return LeastOverlap::beyond(found.distance);
+  if (found.kind == Closest::Kind::beyond_limit)
+    return LeastOverlap::beyond(found.n, found.distance);
   if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
     const Direction from{found.n, core_overlap(pair_, found.n, hints_)};
     if (found.distance > pair_.small_length()) {

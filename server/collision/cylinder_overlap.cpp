@@ -75,16 +75,16 @@ std::optional<LeastOverlap> OverlapSearch::box_cylinder() {
     const double across = std::sqrt(squares[(k + 1) % 3] + squares[(k + 2) % 3]);
     take(Vector::Unit(k), h[k] + r * across + H * std::abs(b_[k]) - std::abs(c_[k]), c_[k] < 0,
          Touch::on_Q);
-    if (is_beyond_limit()) return beyond(-best_.overlap);
+    if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   }
   const double height = b_.dot(c_);
   take(b_, box_reach(b_) + H - std::abs(height), height < 0, Touch::on_P);
-  if (is_beyond_limit()) return beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   if (const auto found = at_face()) return found;
 
   int edge = -1;
   try_edges_and_corners(edge);
-  if (is_beyond_limit()) return beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   for (int k = 0; k < 3; ++k) {
     try_rim_at_box(cylinder, h, k, c_, best_.overlap,
                    [&](const Vector& n) { attempt(n, Touch::on_Q); });
@@ -104,7 +104,7 @@ std::optional<LeastOverlap> OverlapSearch::cylinder_cylinder() {
        c_.z() < 0, Touch::on_Q);
   take(b_, B.half_length + A.radius * sine + A.half_length * cosine - std::abs(height), height < 0,
        Touch::on_P);
-  if (is_beyond_limit()) return beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   if (const auto found = at_face()) return found;
   if (!A_seen.is_round) {
     const double along = A_seen.u.dot(c_);
@@ -114,7 +114,7 @@ std::optional<LeastOverlap> OverlapSearch::cylinder_cylinder() {
     attempt(across > 0 ? Vector(c_.x() / across, c_.y() / across, 0) : Vector(Vector::UnitX()),
             Touch::on_P);
   }
-  if (is_beyond_limit()) return beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   // A side adds its radius to what is seen along it.
   try_rim_at_line(A_seen, c_, best_.overlap - B.radius,
                   [&](const Vector& n) { attempt(n, Touch::on_P); });

@@ -151,7 +151,7 @@ void ClosestSearch::take(Difference next) {
   next.w -= shift_;
   const double v_w = foot_.v.dot(next.w);
   if (v_w > limit_ * distance_) {
-    return end({Closest::Kind::beyond_limit, Vector::Zero(), v_w / distance_, Vector::Zero()});
+    return end({Closest::Kind::beyond_limit, direction_, v_w / distance_, Vector::Zero()});
   }
   largest_ = std::max(largest_, next.w.cwiseAbs().maxCoeff());
   const double rounding = kRounding * largest_ * distance_;

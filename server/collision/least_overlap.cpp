@@ -51,7 +51,7 @@ bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, 
   const Closest found =
       closest(pair, out * from.n, from.n, out > 0 ? kInfinity : limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    least = LeastOverlap::beyond(found.distance);
+    least = LeastOverlap::beyond(found.n, found.distance);
     return true;
   }
   if (found.kind != Closest::Kind::apart) return false;
@@ -65,12 +65,11 @@ bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, 
 /// Cores with corners only, one of them flat, that are clearly apart: closest points tell all.
 bool are_clearly_apart(const ConvexPair& pair, double limit, SupportHints& hints,
                        LeastOverlap& least) {
-  const double length = pair.centre.norm();
-  const Vector n = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
+  const Vector n = pair.middles();
   Simplex simplex;
   const Closest found = closest(pair, Vector::Zero(), n, limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    least = LeastOverlap::beyond(found.distance);
+    least = LeastOverlap::beyond(found.n, found.distance);
     return true;
   }
   if (found.kind != Closest::Kind::apart || found.distance <= pair.small_length()) return false;
@@ -92,7 +91,7 @@ void look_past_edges(const ConvexPair& pair, double limit, SupportHints& hints,
   Simplex simplex{};
   const Closest found = closest(pair, Vector::Zero(), best.n, limit, simplex, hints);
   if (found.kind == Closest::Kind::beyond_limit) {
-    best = LeastOverlap::beyond(found.distance);
+    best = LeastOverlap::beyond(found.n, found.distance);
   } else if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
     try_from(found.n);
   } else {
@@ -118,7 +117,7 @@ LeastOverlap of_flat(const ConvexPair& pair, double limit, double lead_wanted,
     return apart;
   }
   const FaceDirection face = best_face(pair, hints);
-  if (-face.overlap > limit) return LeastOverlap::beyond(-face.overlap);
+  if (-face.overlap > limit) return LeastOverlap::beyond(face.n, -face.overlap);
   if (is_best(pair, face)) {
     const bool of_A = face.face_of == FaceDirection::Of::A;
     const bool leads = lead_wanted > 0 && is_best(pair, face, lead_wanted / 2);
@@ -130,7 +129,8 @@ LeastOverlap of_flat(const ConvexPair& pair, double limit, double lead_wanted,
   if (!find_near(pair, face, limit, hints, best)) {
     Simplex simplex;
     const Closest found = closest(pair, Vector::Zero(), face.n, limit, simplex, hints);
-    if (found.kind == Closest::Kind::beyond_limit) return LeastOverlap::beyond(found.distance);
+    if (found.kind == Closest::Kind::beyond_limit)
+      return LeastOverlap::beyond(found.n, found.distance);
     Direction from = face;
     if (found.kind == Closest::Kind::apart) {
       const Direction n{found.n, core_overlap(pair, found.n, hints)};
@@ -159,7 +159,7 @@ LeastOverlap least_overlap(const ConvexPair& pair, double limit, SupportHints& h
     if (const auto found = revolved_overlap(pair, limit, lead_wanted, hints)) return *found;
     return curved_overlap(pair, limit, lead_wanted, hints);
   }
-  PolytopeSearch search(pair, limit, lead_wanted, hints);
+  PolytopeSearch search(pair, limit, lead_wanted, hints, pair.middles());
   while (!search.is_done()) search.take(support(pair, search.direction(), hints));
   return search.best();
 }

@@ -26,7 +26,8 @@ struct Manifold {
   int count = 0;                      ///< of points; zero: nothing within the margin
   /// m. With points: how much the normal leads over the next best direction, or what both bodies
   /// may move together until it has turned, if that is less; 0 and below: not known, or too little
-  /// to rely on. Without: a separation that the shapes have at least; 0: not known.
+  /// to rely on. Without: a separation that the shapes have at least, of pairs that
+  /// begin at an axis (narrow_phase.h) along the normal; 0: not known.
   double lead = 0;
   std::array<ContactPoint, kManifoldPoints> points;
 

@@ -1,6 +1,8 @@
 /// Turns a pair of shapes into a manifold, by closed forms, chosen from a table by the two kinds.
 #pragma once
 
+#include <optional>
+
 #include "server/collision/box_batch.h"
 #include "server/collision/collider.h"
 #include "server/collision/manifold.h"
@@ -22,6 +24,23 @@ inline Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& sha
   return collide({shape_A, X_WA}, {shape_B, X_WB}, margin);
 }
 
+/// Whether it saves time to know an axis: not for two boxes, whose axes are all tried, many at a
+/// time, nor for half-spaces.
+bool begins_at_axis(ShapeKind A, ShapeKind B);
+
+/// What is known of a pair before its manifold is made: for time, not for what comes out.
+struct PairHints {
+  Vector axis_W = Vector::Zero();  ///< unit, from A to B: of the last manifold; zero: not known
+  bool was_apart = false;          ///< along that
+  bool wants_lead = false;         ///< else the manifold may come without one
+  double foresight = 0;            ///< as of BoxBatch; other shapes have none
+};
+
+/// Without points, if the two are farther apart than the margin along the axis still that they were
+/// apart along: two support points instead of a search.
+std::optional<Manifold> still_apart(const Collider& A, const Collider& B, double margin,
+                                    const PairHints& hints);
+
 /// Manifolds of many pairs: of boxes many at a time, of hulls a few, of others as they come; the
 /// same as one by one.
 class Collisions {
@@ -30,14 +49,15 @@ class Collisions {
   explicit Collisions(MadeManifolds& made, int lanes = 0)
       : made_(made), boxes_(made, lanes), polytopes_(made) {}
 
-  /// Shapes and poses must last until `finish`. `wants_lead`: else the manifold may come without
-  /// one. `foresight`: as of BoxBatch; other shapes have none.
+  /// Shapes and poses must last until `finish`.
   void add(std::size_t key, const Collider& A, const Collider& B, double margin,
-           bool wants_lead = false, double foresight = 0) {
+           const PairHints& hints = {}) {
     if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
-      boxes_.add(key, A, B, margin, foresight);
+      boxes_.add(key, A, B, margin, hints.foresight);
     } else if (PolytopeBatch::takes(A, B)) {
-      polytopes_.add(key, A, B, margin, wants_lead);
+      polytopes_.add(key, A, B, margin, hints.wants_lead, hints.axis_W);
+    } else if (const auto apart = still_apart(A, B, margin, hints)) {
+      made_.take(key, *apart);
     } else {
       made_.take(key, collide(A, B, margin));
     }

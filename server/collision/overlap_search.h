@@ -77,10 +77,8 @@ class OverlapSearch {
   Vector toward_Q(const Vector& n) const { return n.dot(c_) < 0 ? Vector(-n) : n; }
   bool is_beyond_limit() const { return -best_.overlap > limit_; }
 
-  LeastOverlap beyond(double distance) const {
-    LeastOverlap nothing;
-    nothing.overlap = -distance;
-    return nothing;
+  LeastOverlap beyond(const Vector& n, double distance) const {
+    return as_A_sees(LeastOverlap::beyond(n, distance));
   }
 
   Vector point_of_P(const Vector& n) const {

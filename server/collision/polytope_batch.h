@@ -23,7 +23,8 @@ class PolytopeBatch {
   static bool takes(const Collider& A, const Collider& B);
 
   /// Shapes and poses must last until they are made.
-  void add(std::size_t key, const Collider& A, const Collider& B, double margin, bool wants_lead);
+  void add(std::size_t key, const Collider& A, const Collider& B, double margin, bool wants_lead,
+           const Vector& axis_W);
   /// Makes the manifolds of the pairs that wait.
   void finish();
 
@@ -38,13 +39,14 @@ class PolytopeBatch {
     PolytopeSearch search;
 
     Meeting(std::size_t the_key, const Collider& A, const Collider& B, double the_margin,
-            bool swapped, bool wants_lead)
+            bool swapped, bool wants_lead, const Vector& axis_W)
         : key(the_key),
           is_swapped(swapped),
           X_WA(A.X_WB),
           margin(the_margin),
           pair(A, B),
-          search(pair, margin + pair.radii(), wants_lead ? lead_worth_knowing(pair) : 0, hints) {}
+          search(pair, margin + pair.radii(), wants_lead ? lead_worth_knowing(pair) : 0, hints,
+                 axis_W.isZero(0) ? pair.middles() : Vector(A.X_WB.R.transpose() * axis_W)) {}
   };
 
   void step();

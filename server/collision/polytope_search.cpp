@@ -157,10 +157,8 @@ void ExpandingSearch::end(double lead) {
 }
 
 PolytopeSearch::PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted,
-                               SupportHints& hints)
-    : pair_(pair), limit_(limit), lead_wanted_(lead_wanted), hints_(hints) {
-  const double length = pair.centre.norm();
-  n_ = length > 0 ? Vector(pair.centre / length) : Vector(Vector::UnitZ());
+                               SupportHints& hints, const Vector& toward)
+    : pair_(pair), limit_(limit), lead_wanted_(lead_wanted), hints_(hints), n_(toward) {
   direction_ = &n_;
 }
 
@@ -186,9 +184,11 @@ void PolytopeSearch::take(const Difference& next) {
 }
 
 void PolytopeSearch::take_first(const Difference& next) {
+  const double overlap = n_.dot(next.w);
+  if (-overlap > limit_) return end(LeastOverlap::beyond(n_, -overlap));
   simplex_.corners[0] = next;
   simplex_.count = 1;
-  if (!(n_.dot(next.w) > kDeepOverlap * std::min(pair_.A.thickness, pair_.B.thickness))) {
+  if (!(overlap > kDeepOverlap * std::min(pair_.A.thickness, pair_.B.thickness))) {
     return seek_distance();
   }
   across_ = around(n_);
@@ -227,7 +227,8 @@ void PolytopeSearch::judge_distance() {
     return;
   }
   const Closest& found = distance_->found();
-  if (found.kind == Closest::Kind::beyond_limit) return end(LeastOverlap::beyond(found.distance));
+  if (found.kind == Closest::Kind::beyond_limit)
+    return end(LeastOverlap::beyond(found.n, found.distance));
   // Of those that kiss, the closest points tell no direction.
   if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
     best_ = {true, found.n, 0, found.p_A};

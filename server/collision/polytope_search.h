@@ -68,8 +68,9 @@ class ExpandingSearch {
 /// Two cores from the start: their distance, or their overlap where they are not apart.
 class PolytopeSearch {
  public:
-  /// As for `least_overlap`. All must last.
-  PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted, SupportHints& hints);
+  /// As for `least_overlap`. All must last. It begins along `toward`, a unit vector.
+  PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted, SupportHints& hints,
+                 const Vector& toward);
 
   bool is_done() const { return stage_ == Stage::done; }
   const Vector& direction() const { return *direction_; }  ///< of the support point it waits for
@@ -94,7 +95,7 @@ class PolytopeSearch {
   SupportHints& hints_;
   SupportHints farthest_;  ///< along the best direction
   Stage stage_ = Stage::first;
-  Vector n_;                           ///< from centre to centre, unit
+  Vector n_;                           ///< where it begins
   const Vector* direction_ = nullptr;  ///< not copied: to read what was just written takes time
   Simplex simplex_;
   std::array<Difference, 4> corners_;

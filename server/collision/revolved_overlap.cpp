@@ -128,6 +128,7 @@ class RevolvedSearch {
   }
   bool is_beyond_limit() const { return -best_.overlap > limit_; }
   LeastOverlap as_A_sees(const Vector& p, double lead) const;
+  LeastOverlap beyond() const;
   FaceDirection face_of_best() const;
   bool finish_on_P(Vector& p);
   bool move_over_face();
@@ -337,6 +338,10 @@ LeastOverlap RevolvedSearch::as_A_sees(const Vector& p, double lead) const {
   return {true, n, best_.overlap, pair_.R * p + pair_.t + best_.overlap * n, lead};
 }
 
+LeastOverlap RevolvedSearch::beyond() const {
+  return LeastOverlap::beyond(is_swapped_ ? Vector(-(pair_.R * best_.n)) : best_.n, -best_.overlap);
+}
+
 FaceDirection RevolvedSearch::face_of_best() const {
   FaceDirection face;
   face.n = is_swapped_ ? Vector(-(pair_.R * best_.n)) : best_.n;
@@ -429,7 +434,7 @@ std::optional<LeastOverlap> RevolvedSearch::result() {
   if (!polish(pair_, n, simplex, hints_, found) || found.overlap > best_.overlap + kSure_m) {
     return std::nullopt;
   }
-  if (-found.overlap > limit_) return LeastOverlap::beyond(-found.overlap);
+  if (-found.overlap > limit_) return LeastOverlap::beyond(found.n, -found.overlap);
   found.lead = lead_by_turn(-found.overlap);
   return found;
 }
@@ -437,9 +442,9 @@ std::optional<LeastOverlap> RevolvedSearch::result() {
 std::optional<LeastOverlap> RevolvedSearch::find() {
   nearest_ = look_at_faces();
   try_face(nearest_);
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond();
   try_caps();
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond();
   const FaceDirection face = face_of_best();
   if (is_best(pair_, face)) {
     Vector p;
@@ -448,11 +453,11 @@ std::optional<LeastOverlap> RevolvedSearch::find() {
     return as_A_sees(p, leads ? lead_wanted_ : -1);
   }
   mark_faces();
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond();
   try_vertices();
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond();
   try_edges();
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond();
   return result();
 }
 

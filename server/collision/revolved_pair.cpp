@@ -191,7 +191,7 @@ std::optional<LeastOverlap> RevolvedPair::closest_points_from(Vector p) {
     if (distance < kKissing_m) return std::nullopt;
     attempt(v / distance, PairTouch::on_A);
     if (-best_.overlap < distance - kSure * distance - kRounding * pair_.t.norm()) continue;
-    if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+    if (is_beyond_limit()) return LeastOverlap::beyond(best_.n, -best_.overlap);
     return LeastOverlap{true, best_.n, best_.overlap, p, lead_by_turn(distance)};
   }
   return std::nullopt;
@@ -199,14 +199,14 @@ std::optional<LeastOverlap> RevolvedPair::closest_points_from(Vector p) {
 
 std::optional<LeastOverlap> RevolvedPair::find() {
   try_caps();
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return LeastOverlap::beyond(best_.n, -best_.overlap);
   if (const auto found = at_face()) return found;
   try_sides();
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return LeastOverlap::beyond(best_.n, -best_.overlap);
   if (best_.overlap > 0) try_rims();
   const bool is_found = is_minimum();
   best_.overlap = overlap(best_.n);
-  if (is_beyond_limit()) return LeastOverlap::beyond(-best_.overlap);
+  if (is_beyond_limit()) return LeastOverlap::beyond(best_.n, -best_.overlap);
   if (is_found && (best_.overlap > -kTouching_m || touch_ != PairTouch::rims)) return result();
   if (best_.overlap < kTouching_m) return closest_points();
   return std::nullopt;

@@ -30,7 +30,7 @@ LeastOverlap OverlapSearch::box_segment() {
   }
   if (best_.overlap < 0) {
     const SegmentDistance closest = segment_box({c_, b_, Q_.size.y()}, h);
-    if (closest.distance > limit_) return beyond(closest.distance);
+    if (closest.distance > limit_) return beyond(closest.n, closest.distance);
     if (closest.distance > 0) {
       LeastOverlap found{true,
                          closest.n,
@@ -52,15 +52,15 @@ LeastOverlap OverlapSearch::box_segment() {
 LeastOverlap OverlapSearch::cylinder_segment() {
   const double r = P_.size.x(), H = P_.size.y(), L = Q_.size.y();
   take(Vector::UnitZ(), H + L * std::abs(b_.z()) - std::abs(c_.z()), c_.z() < 0, Touch::on_Q);
-  if (is_beyond_limit()) return beyond(-best_.overlap);
+  if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   const SeenAlong seen({Vector::UnitZ(), r, H}, b_);
   if (!seen.is_round) {
     const double along = seen.u.dot(c_);
     take(seen.u, r - std::abs(along), along < 0, Touch::lines);
-    if (is_beyond_limit()) return beyond(-best_.overlap);
+    if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   }
   const SegmentDistance closest = segment_cylinder({c_, b_, L}, r, H);
-  if (closest.distance > limit_) return beyond(closest.distance);
+  if (closest.distance > limit_) return beyond(closest.n, closest.distance);
   if (closest.distance > 0) {
     const Vector& n = closest.n;
     LeastOverlap found{true,

@@ -35,7 +35,7 @@ class SegmentSearch {
     if (!try_ends()) return std::nullopt;
     for (std::size_t k = 0; k < 3; ++k) try_edge(p_[k], p_[(k + 1) % 3]);
     const double distance = std::sqrt(least2_);
-    if (distance > limit) return LeastOverlap::beyond(distance);
+    if (distance > limit) return LeastOverlap::beyond(v_ / distance, distance);
     if (!(distance > kKissing_m)) return std::nullopt;
     const Vector n = v_ / distance;
     return LeastOverlap{true, n, h_ * std::abs(n.z()) - n.dot(p_[lowest_along(p_, n)]), {0, 0, z_}};
@@ -98,7 +98,7 @@ class CornerSearch {
     const Vector n = from_middle.direction();
     const Difference first = support(n);
     const double overlap = n.dot(first.w);
-    if (-overlap > limit) return LeastOverlap::beyond(-overlap);
+    if (-overlap > limit) return LeastOverlap::beyond(n, -overlap);
 
     simplex = beside(first.a);
     ClosestSearch search(Vector::Zero(), limit, simplex);
@@ -106,7 +106,7 @@ class CornerSearch {
     const Closest& found = search.found();
     switch (found.kind) {
       case Closest::Kind::beyond_limit:
-        return LeastOverlap::beyond(found.distance);
+        return LeastOverlap::beyond(found.n, found.distance);
       case Closest::Kind::apart:
         if (!(found.distance > kKissing_m)) return std::nullopt;
         return LeastOverlap{true, found.n, found.n.dot(support(found.n).w), found.p_A};

@@ -37,6 +37,7 @@ void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
     }
     pairs_[k].place = free_.back();
     free_.pop_back();
+    manifolds_[static_cast<std::size_t>(pairs_[k].place)].n_A = Vector::Zero();
   }
   for (; old < last_.size(); ++old) {
     if (is_gone_[old] != 0) release(last_[old]);
@@ -94,14 +95,19 @@ void PairMemory::expect(std::size_t k) const {
 }
 
 void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,
-                      const Manifold& made) {
+                      const Manifold& made, bool begins_at_axis) {
   KeptPair& pair = pairs_[k];
   if (pair.place < 0) return;
   const double bears = bearable_motion(made, reach);
   pair.count = made.count;
   pair.until_m += bears;
-  if (made.count == 0 || !(bears > 0)) return;  // nothing to remember, or not for long
-  cradle::keep(made, X_WA, X_WB, manifolds_[static_cast<std::size_t>(pair.place)]);
+  if (!(bears > 0)) return;  // nothing to remember, or not for long
+  KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
+  if (made.count > 0) {
+    cradle::keep(made, X_WA, X_WB, kept);
+  } else if (begins_at_axis) {
+    kept.n_A = X_WA.R.transpose() * made.normal_W;
+  }
 }
 
 void PairMemory::take_up(std::span<const std::int64_t> ids) {

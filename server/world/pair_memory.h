@@ -1,4 +1,5 @@
-/// What pairs of bodies remember from tick to tick: their manifold, while it holds.
+/// What pairs of bodies remember from tick to tick: their manifold, while it holds, and its axis,
+/// from which the next search begins.
 ///
 /// Manifolds stay at their place while their pair lasts; a pair that ends leaves its place to a
 /// later one. Places depend on the pairs of all ticks so far and on nothing else.
@@ -49,10 +50,19 @@ class PairMemory {
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
   bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }
+  /// In A, unit: along which the two touched last, or were apart; zero: not known. Of pairs that
+  /// begin at an axis.
+  Vector axis_A(std::size_t k) const {
+    const std::int64_t place = pairs_[k].place;
+    return place < 0 ? Vector(Vector::Zero()) : manifolds_[static_cast<std::size_t>(place)].n_A;
+  }
+  bool was_apart(std::size_t k) const { return pairs_[k].count == 0; }
   /// Fetches what `recall` will read: manifolds lie anywhere, and to wait for them takes longer
   /// than all else that it does.
   void expect(std::size_t k) const;
-  void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made);
+  /// `begins_at_axis`: a pair apart remembers along what.
+  void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made,
+            bool begins_at_axis);
 
   /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.
   template <class Sleeps>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/world/balance.h"
 #include "server/world/edit.h"
 #include "server/world/plane.h"
 
@@ -33,6 +34,19 @@ void quarantine(World::State& s, std::size_t i, Result reason) {
   ++s.quarantined;
   s.events.push_back(event_of(s, i, EventKind::quarantined));
   s.events.back().reason = reason;
+}
+
+/// Leaves a spin that is too fast at what stays within the limit however the body tumbles: its
+/// angular momentum is then that of the fastest spin about the axis of least inertia.
+void cut_spin(World::State& s, std::size_t i) {
+  Vector& w = s.bodies.w[i];
+  if (!(w.cwiseAbs().maxCoeff() > limits::kAngularSpeedMax_radps && w.allFinite())) return;
+  const Momentum before = momentum_before(s, i);
+  const Vector& J = s.bodies.inertia[i];
+  const double momentum = J.cwiseProduct(s.bodies.q[i].conjugate() * w).norm();
+  w *= limits::kAngularSpeedMax_radps * J.minCoeff() / momentum;
+  add_unaccounted(s, i, s.bodies.x[i], before);
+  ++s.spins_cut;
 }
 
 /// Drag or a spring may keep it from what its loads alone would do; its state at the tick's end is
@@ -74,9 +88,11 @@ void end_tick(World::State& s, std::size_t i, Flight end) {
 
 void stop_unusable(World::State& s) {
   BodyTable& bodies = s.bodies;
+  s.spins_cut = 0;
   for (std::size_t k = 0; k < s.moving.size(); ++k) {
     const auto i = static_cast<std::size_t>(s.moving[k]);
     if (s.settings.is_planar) keep_in_plane(bodies, i);
+    cut_spin(s, i);
     if (check(bodies.x[i], bodies.q[i], bodies.v[i], bodies.w[i]) == Result::ok) continue;
     bodies.x[i] = s.x_start[k];
     bodies.q[i] = s.q_start[k];

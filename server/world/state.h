@@ -98,6 +98,7 @@ struct World::State {
   bool renumbered = true;  ///< lists of slots must be made anew: bodies came, went or changed
   std::vector<Event> events;
   std::int64_t quarantined = 0;
+  int spins_cut = 0;  ///< as StepReport
   Loads loads;
   std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them

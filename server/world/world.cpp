@@ -197,14 +197,22 @@ class Narrow final : public MadeManifolds {
     if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double path = s_.paths[a] + s_.paths[b], reach = std::min(s_.reaches[a], s_.reaches[b]);
     if (s_.memory.recall(k, s_.poses[a], s_.poses[b], path, reach, margin, s_.manifolds[k])) return;
-    fresh_.add(k, s_.collider(a), s_.collider(b), margin, s_.memory.is_slow(k),
-               s_.turns[a] + s_.turns[b]);
+    const Collider A = s_.collider(a), B = s_.collider(b);
+    PairHints hints;
+    hints.wants_lead = s_.memory.is_slow(k);
+    hints.foresight = s_.turns[a] + s_.turns[b];
+    if (begins_at_axis(A.shape.kind, B.shape.kind)) {
+      hints.axis_W = s_.poses[a].R * s_.memory.axis_A(k);
+      hints.was_apart = s_.memory.was_apart(k);
+    }
+    fresh_.add(k, A, B, margin, hints);
   }
   void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
     s_.manifolds[k].copy_used(made);
-    s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made);
+    s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made,
+                   begins_at_axis(s_.bodies.shape[a].kind, s_.bodies.shape[b].kind));
   }
 
  private:
@@ -413,6 +421,7 @@ StepReport World::Steps::report(const State& s) {
   report.impact_searches = s.fast.searches;
   report.stopped_at_impact = s.fast.stopped;
   report.impacts_unresolved = s.fast.unresolved;
+  report.spins_cut = s.spins_cut;
   for (std::size_t k = 0; k < s.composites_used; ++k) {
     const BodyPair& pair = s.pairs[s.composites[k].pair];
     report.surfaces_passing += is_surface(s.bodies.shape[index(pair.a)].kind) &&

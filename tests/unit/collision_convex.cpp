@@ -349,8 +349,10 @@ TEST_CASE("hulls have the same manifolds alone and in company") {
   }
   const auto add = [&](Collisions& batch, std::size_t k, bool wants_lead) {
     const Pair& pair = pairs[k];
+    PairHints hints;
+    hints.wants_lead = wants_lead;
     batch.add(k, {pair.A.shape, pair.X_WA, pair.A.geometry.get()},
-              {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, 0.02, wants_lead);
+              {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, 0.02, hints);
   };
   std::vector<Manifold> alone;
   for (const Pair& pair : pairs) {

@@ -72,10 +72,10 @@ TEST_CASE("the normal of curved shapes is the best that a search over the sphere
   }
   CAPTURE(worse, contacts);
   CHECK(contacts > 500);
-  CHECK(worse <= contacts / 500);  // at rims of cones two minima may be a few degrees apart
+  CHECK(worse == 0);
 }
 
-TEST_CASE("normals are within 1e-4 of the best, but where another minimum is nearly as low") {
+TEST_CASE("normals are within 1e-4 of the best, or overlap as little") {
   Random random(8);
   int all = 0, all_other = 0;
   for (const auto& [kind_A, kind_B] : colliding_kinds()) {
@@ -92,16 +92,15 @@ TEST_CASE("normals are within 1e-4 of the best, but where another minimum is nea
       const double excess = overlap(pair, manifold.normal_W) - best.overlap;
       if ((manifold.normal_W - best.n).norm() < kNear || excess < kExact) continue;
       ++other;
-      REQUIRE(excess < 0.02 * std::abs(best.overlap) + 1e-7);
     }
     CAPTURE(other, contacts);
-    CHECK(other <= contacts / 100);
+    CHECK(other == 0);
     all += contacts;
     all_other += other;
   }
   CAPTURE(all_other, all);
   CHECK(all > 10000);
-  CHECK(all_other <= all / 2000);
+  CHECK(all_other == 0);
 }
 
 TEST_CASE("boxes, capsules and cylinders find the best normal of all, in closed form") {

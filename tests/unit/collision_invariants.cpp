@@ -14,7 +14,7 @@ constexpr int kContacts = trials(2000);  // of each pair of kinds
 
 /// m and rad. Directions of curved shapes are found step by step, and so are the places; depths are
 /// exact all the same, because they are least there.
-constexpr double kNear = 1e-4;
+constexpr double kNear = 1e-5;
 
 /// The same normal, and the same points in any order.
 bool is_same(const Manifold& a, const Manifold& b, double tolerance, bool by_name) {
@@ -22,7 +22,7 @@ bool is_same(const Manifold& a, const Manifold& b, double tolerance, bool by_nam
   return std::ranges::all_of(points(a), [&](const ContactPoint& p) {
     return std::ranges::any_of(points(b), [&](const ContactPoint& q) {
       return (p.feature == q.feature || !by_name) && (p.p_W - q.p_W).norm() < tolerance &&
-             std::abs(p.separation - q.separation) < std::min(tolerance, 1e-7);
+             std::abs(p.separation - q.separation) < kExact;
     });
   });
 }
@@ -84,6 +84,14 @@ TEST_CASE("the deepest separation is the overlap along the normal") {
   });
 }
 
+TEST_CASE("closed forms of spheres, boxes, capsules, cylinders and half-spaces are exact") {
+  for_random_contacts(0.02, [&](const Pair& pair, const Manifold& manifold) {
+    const auto is_closed = [](const Solid& s) { return s.shape.kind <= ShapeKind::cylinder; };
+    if (!is_closed(pair.A) || !is_closed(pair.B)) return;
+    REQUIRE(std::abs(deepest(manifold) - overlap(pair, manifold.normal_W)) < 1e-12);
+  });
+}
+
 TEST_CASE("of boxes that lie nearly flush over an edge the depth is the overlap, too") {
   Random random(3);
   int manifolds = 0, leaning = 0;
@@ -94,7 +102,7 @@ TEST_CASE("of boxes that lie nearly flush over an edge the depth is the overlap,
         CAPTURE(trial);
         const Pair pair = nearly_flush_boxes(random, tilt, random.uniform(0, depth));
         const Manifold manifold = pair.collide(0.02);
-        check_sound(pair, manifold, 0.02, kExact);
+        check_sound(pair, manifold, 0.02, kExact, kTolerances.clip_slack_m);
         const Vector& n = manifold.normal_W;
         REQUIRE(std::abs(deepest(manifold) - overlap(pair, n)) < kExact);
         manifolds += manifold.count > 1;
@@ -187,19 +195,15 @@ TEST_CASE("boxes apart that lie nearly along each other are as far apart as told
 }
 
 TEST_CASE("parting two bodies by their depth leaves them touching") {
-  for_random_contacts(0, [](Pair pair, const Manifold& manifold) {
+  const auto check = [](Pair pair, const Manifold& manifold) {
     pair.X_WB.x += manifold.normal_W * overlap(pair, manifold.normal_W);
     const Manifold parted = pair.collide(1);
-    REQUIRE(deepest(parted) < (is_elementary(pair) ? kExact : 1e-7));
-    if (is_elementary(pair) && !pair.is_boxes()) REQUIRE(deepest(parted) > -kExact);
-    if (!is_elementary(pair)) REQUIRE(deepest(parted) > -1e-3);
-  });
-  for_shallow_contacts([](Pair pair, const Manifold& manifold) {
-    if (pair.is_boxes()) return;
-    pair.X_WB.x += manifold.normal_W * overlap(pair, manifold.normal_W);
-    const bool is_exact = is_elementary(pair) || (is_polytope(pair.A) && is_polytope(pair.B));
-    REQUIRE(std::abs(deepest(pair.collide(1))) < (is_exact ? kExact : 1e-4));
-  });
+    REQUIRE(deepest(parted) < kExact);
+    // Along a preferred face of a box, which need not overlap least, they end up apart.
+    if (!pair.is_boxes()) REQUIRE(deepest(parted) > -kExact);
+  };
+  for_random_contacts(0, check);
+  for_shallow_contacts(check);
 }
 
 TEST_CASE("where bodies overlap a little, no direction at all overlaps less") {
@@ -269,7 +273,7 @@ TEST_CASE("exchanging the bodies turns the normal and changes nothing else") {
     REQUIRE(is_same(manifold, other, kExact, false));
   });
   CAPTURE(different, others);
-  CHECK(different <= others / 1000);  // ties
+  CHECK(different <= 1);  // of 110 000: a deep one found another local minimum
 }
 
 TEST_CASE("moving both bodies together moves the manifold with them") {
@@ -291,7 +295,7 @@ TEST_CASE("moving both bodies together moves the manifold with them") {
     }
   });
   CAPTURE(different, others);
-  CHECK(different <= others / 1000);  // ties
+  CHECK(different <= 1);  // of 110 000: a deep one found another local minimum
 }
 
 TEST_CASE("no direction near the normal overlaps less") {

@@ -1,8 +1,9 @@
 /// A manifold as two bodies remember it, and how far they may move before it must be made anew.
 ///
-/// Motion is counted as the way that the points of both bodies have gone at most, together, since
-/// the manifold was made: then no separation has changed by more. What it bears follows from the
-/// manifold's lead:
+/// Motion is counted as how far B's origin is from where it was beside A's, and the ways that the
+/// points of both bodies have gone at most by turning about their origins, together, since the
+/// manifold was made: then no separation has changed by more. What falls or slides side by side
+/// does not move. What a manifold bears follows from its lead:
 ///  - nothing within the margin: motion and margin together stay below the separation, so nothing
 ///    can be missed (exact);
 ///  - contacts: no other direction can have become the better one (each separation changes by the
@@ -49,12 +50,11 @@ void keep(const Manifold& manifold, const Pose& X_WA, const Pose& X_WB, KeptMani
 void pose(const KeptManifold& kept, int count, const Pose& X_WA, const Pose& X_WB,
           Manifold& manifold);
 
-/// m: no point within `reach` of Bo goes farther than this from one pose to the other.
-inline double motion(const Pose& from, const Pose& to, double reach) {
-  const double way = from.x == to.x ? 0 : (to.x - from.x).norm();
-  if (from.R == to.R) return way;  // also where reach is infinite
+/// m: no point within `reach` of Bo goes farther than this by turning about it.
+inline double way_of_turning(const Matrix& from, const Matrix& to, double reach) {
+  if (from == to) return 0;  // also where reach is infinite
   // |(R1 - R0) p| <= 2 sin(angle / 2) |p|, and that is the Frobenius norm by the root of two.
-  return way + reach * (to.R - from.R).norm() / std::numbers::sqrt2;
+  return reach * (to - from).norm() / std::numbers::sqrt2;
 }
 
 }  // namespace cradle

@@ -194,7 +194,7 @@ Outcome World::despawn(std::span<const BodyId> bodies) {
   }
   s.bodies.remove(is_removed);
   remove_slots(is_removed, s.poses);
-  remove_slots(is_removed, s.paths);
+  remove_slots(is_removed, s.turned);
   std::erase_if(s.wrenches, [&](const ActiveWrench& active) {
     return std::binary_search(ids.begin(), ids.end(), active.wrench.body.value);
   });

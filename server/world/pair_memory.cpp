@@ -59,17 +59,18 @@ void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const st
   }
 }
 
-bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path,
+bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned,
                         double reach, double margin, Manifold& manifold) {
   KeptPair& pair = pairs_[k];
   if (pair.place < 0) return false;
   const bool was_held = pair.is_held != 0;
+  const double motion = pair.motion(X_WA, X_WB, turned);
   pair.is_held = pair.count > 0
-                     ? path < pair.until_m && margin <= pair.margin_m + kTolerances.kept_margin_m
-                     : path + margin < pair.until_m;
+                     ? motion < pair.bears_m && margin <= pair.margin_m + kTolerances.kept_margin_m
+                     : motion + margin < pair.bears_m;
   if (pair.is_held == 0) {
-    pair.is_slow = was_held || path - pair.made_m < most_bearable_motion(reach);
-    pair.until_m = pair.made_m = path;
+    pair.is_slow = was_held || motion < most_bearable_motion(reach);
+    pair.begin(X_WA, X_WB, turned);
     pair.margin_m = margin;
     return false;
   }
@@ -80,9 +81,11 @@ bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, doubl
   return true;
 }
 
-bool PairMemory::is_apart(std::size_t k, double path, double margin) {
+bool PairMemory::is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned,
+                          double margin) {
   KeptPair& pair = pairs_[k];
-  pair.is_held = pair.place < 0 && path + margin < pair.until_m;
+  pair.is_held = pair.place < 0 && pair.motion(X_WA, X_WB, turned) + margin < pair.bears_m;
+  if (pair.is_held == 0) pair.begin(X_WA, X_WB, turned);
   return pair.is_held != 0;
 }
 
@@ -100,7 +103,7 @@ void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double 
   if (pair.place < 0) return;
   const double bears = bearable_motion(made, reach);
   pair.count = made.count;
-  pair.until_m += bears;
+  pair.bears_m = bears;
   if (!(bears > 0)) return;  // nothing to remember, or not for long
   KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
   if (made.count > 0) {

@@ -17,13 +17,25 @@ namespace cradle {
 /// A pair by the ids of its bodies, a < b. Plain numbers without padding.
 struct KeptPair {
   std::int64_t a = 0, b = 0;
-  std::int64_t place = -1;   ///< of its manifold; -1: the pair is not worth keeping
-  std::int64_t count = 0;    ///< points of the manifold
-  std::int64_t is_held = 0;  ///< 1: the manifold is not of this tick
-  double until_m = 0;        ///< what both bodies' ways may come to together
-  double margin_m = 0;       ///< that the manifold was made with
-  double made_m = -1e300;    ///< what their ways came to when it was made
-  std::int64_t is_slow = 0;  ///< 1: the next one is likely to be kept
+  std::int64_t place = -1;                  ///< of its manifold; -1: the pair is not worth keeping
+  std::int64_t count = 0;                   ///< points of the manifold
+  std::int64_t is_held = 0;                 ///< 1: the manifold is not of this tick
+  double bears_m = 0;                       ///< how much motion the manifold bears
+  double margin_m = 0;                      ///< that it was made with
+  std::int64_t is_slow = 0;                 ///< 1: the next one is likely to be kept
+  double turned_m = 0;                      ///< the bodies' ways by turning when it was made
+  Vector p_AoBo = Vector::Constant(1e300);  ///< m, in W, then
+
+  /// To be made anew.
+  void begin(const Pose& X_WA, const Pose& X_WB, double turned) {
+    p_AoBo = X_WB.x - X_WA.x;
+    turned_m = turned;
+    bears_m = 0;
+  }
+  /// m, since it was made.
+  double motion(const Pose& X_WA, const Pose& X_WB, double turned) const {
+    return (X_WB.x - X_WA.x - p_AoBo).norm() + (turned - turned_m);
+  }
 };
 
 class PairMemory {
@@ -34,18 +46,16 @@ class PairMemory {
               std::span<const std::int64_t> ids, std::span<const Shape> shapes);
 
   /// The manifold of the k-th pair, of convex shapes, into `manifold` while the kept one holds;
-  /// else false, and a fresh one is to be made, and kept. `path`: the way that the points of both
-  /// bodies have gone at most, together, m. `reach`: radius of the ball that holds the smaller
-  /// body, m. Pairs may be asked side by side.
-  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double path, double reach,
+  /// else false, and a fresh one is to be made, and kept. `turned`: the way that the points of both
+  /// bodies have gone at most by turning, together, since the world began, m. `reach`: radius of
+  /// the ball that holds the smaller body, m. Pairs may be asked side by side.
+  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double reach,
               double margin, Manifold& manifold);
   /// Likewise of a pair with a mesh or a height field, which is not worth keeping: whether it is
   /// still certain that nothing is within the margin.
-  bool is_apart(std::size_t k, double path, double margin);
+  bool is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double margin);
   /// It is not, but nothing was found: the two are at least so far apart, m.
-  void keep_apart(std::size_t k, double path, double distance) {
-    pairs_[k].until_m = path + distance;
-  }
+  void keep_apart(std::size_t k, double distance) { pairs_[k].bears_m = distance; }
 
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
@@ -105,7 +115,7 @@ class PairMemory {
   std::vector<std::int64_t> free_;                ///< places, the next to be taken last
 };
 
-static_assert(sizeof(KeptPair) == 9 * 8);
+static_assert(sizeof(KeptPair) == 12 * 8);
 static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
 
 }  // namespace cradle

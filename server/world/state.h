@@ -81,9 +81,9 @@ struct World::State {
   ContactCache contacts;
   PairMemory memory;
   PastLoads past_loads;
-  Sleepers sleepers;          ///< their contacts; the rest is made from these
-  std::vector<Pose> poses;    ///< by slot: where colliders were when pairs were last looked for
-  std::vector<double> paths;  ///< m, by slot: the way that a collider's points have gone at most
+  Sleepers sleepers;           ///< their contacts; the rest is made from these
+  std::vector<Pose> poses;     ///< by slot: where colliders were when pairs were last looked for
+  std::vector<double> turned;  ///< m, by slot: the way that a collider's points have turned at most
   std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
 
   // Does not: made from the above, made anew each tick, or only reported.
@@ -217,7 +217,7 @@ struct World::State {
     array("loads before", past_loads.pushed);
     array("contacts of sleepers", sleepers.contacts);
     array("poses", poses);
-    array("paths", paths);
+    array("turned", turned);
     array("geometries", geometry_digests);
   }
 };

@@ -111,7 +111,7 @@ void World::Steps::list_colliders(State& s) {
   s.moves.resize(s.colliders.size());
   const std::size_t slots = s.colliders.empty() ? 0 : s.bodies.size();
   s.poses.resize(slots);
-  s.paths.resize(slots);
+  s.turned.resize(slots);
   s.turns.assign(slots, 0);
   s.inverse_inertia_W.resize(slots);
   forget_slots_of_sleepers(s);
@@ -161,7 +161,7 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
   const BodyFrame B = s.bodies.frame(i);
   const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
-  s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
+  s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
   s.poses[i] = now;
   s.turns[i] = nearer_by_turning(s, i);
   s.boxes[k] = {};
@@ -174,7 +174,7 @@ void World::Steps::put_ball_in_box(State& s, std::size_t k, std::size_t i) {
   s.moves[k] = 1;
   s.sleepers.is_box_known[i] = 0;
   const Pose now{s.bodies.x[i], s.bodies.q[i].toRotationMatrix()};
-  s.paths[i] += motion(s.poses[i], now, s.reaches[i]);
+  s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
   s.poses[i] = now;
   if (!s.balls.are_slow) note_if_fast(s, i);
   if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
@@ -195,8 +195,10 @@ class Narrow final : public MadeManifolds {
     }
     constexpr std::size_t kAhead = 8;
     if (k + kAhead < end_) s_.memory.expect(k + kAhead);
-    const double path = s_.paths[a] + s_.paths[b], reach = std::min(s_.reaches[a], s_.reaches[b]);
-    if (s_.memory.recall(k, s_.poses[a], s_.poses[b], path, reach, margin, s_.manifolds[k])) return;
+    const double turned = s_.turned[a] + s_.turned[b];
+    const double reach = std::min(s_.reaches[a], s_.reaches[b]);
+    if (s_.memory.recall(k, s_.poses[a], s_.poses[b], turned, reach, margin, s_.manifolds[k]))
+      return;
     const Collider A = s_.collider(a), B = s_.collider(b);
     PairHints hints;
     hints.wants_lead = s_.memory.is_slow(k);
@@ -237,13 +239,17 @@ void World::Steps::collide(State& s, Executor& executor) {
     for (int k = begin; k < end; ++k) {
       CompositePair& composite = s.composites[index(k)];
       const BodyPair& pair = s.pairs[composite.pair];
-      const double path = s.paths[index(pair.a)] + s.paths[index(pair.b)], margin = s.margin(pair);
+      const double turned = s.turned[index(pair.a)] + s.turned[index(pair.b)];
+      const double margin = s.margin(pair);
       const bool remembers = !s.settings.is_planar;
-      if (remembers && s.memory.is_apart(composite.pair, path, margin)) continue;
+      if (remembers && s.memory.is_apart(composite.pair, s.poses[index(pair.a)],
+                                         s.poses[index(pair.b)], turned, margin)) {
+        continue;
+      }
       const Collider A = s.collider(index(pair.a)), B = s.collider(index(pair.b));
       add_manifolds(A, B, margin, composite.manifolds, s.methods());
       if (!remembers || !composite.manifolds.empty()) continue;
-      s.memory.keep_apart(composite.pair, path, least_distance(A, B, margin));
+      s.memory.keep_apart(composite.pair, least_distance(A, B, margin));
     }
   });
 }

@@ -133,7 +133,7 @@ class Follower {
       moves_.push_back(body.kind != BodyKind::fixed);
       reaches_.push_back(bounding_radius(collider(shapes_.size() - 1)));
     }
-    paths_.assign(shapes_.size(), 0);
+    turned_.assign(shapes_.size(), 0);
     poses_.resize(shapes_.size());
     boxes_.resize(shapes_.size());
   }
@@ -143,7 +143,7 @@ class Follower {
     ids_.clear();
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const Pose now{to_eigen(states_[i].p_WBo), to_eigen(states_[i].q_WB).toRotationMatrix()};
-      paths_[i] += motion(poses_[i], now, reaches_[i]);
+      turned_[i] += way_of_turning(poses_[i].R, now.R, reaches_[i]);
       poses_[i] = now;
       boxes_[i] = swept(bounds(collider(i)), dt * to_eigen(states_[i].v_WBcm), kMargin);
       ids_.push_back(states_[i].body.value);
@@ -156,8 +156,8 @@ class Follower {
       const Vector closing = to_eigen(states_[b].v_WBcm) - to_eigen(states_[a].v_WBcm);
       const double margin = kMargin + dt * closing.norm();
       Manifold kept;
-      const double path = paths_[a] + paths_[b], reach = std::min(reaches_[a], reaches_[b]);
-      if (!memory_.recall(k, poses_[a], poses_[b], path, reach, margin, kept)) {
+      const double turned = turned_[a] + turned_[b], reach = std::min(reaches_[a], reaches_[b]);
+      if (!memory_.recall(k, poses_[a], poses_[b], turned, reach, margin, kept)) {
         kept = fresh(k, collider(a), collider(b), margin);
         memory_.keep(k, poses_[a], poses_[b], reach, kept, has_axis(k));
       }
@@ -209,7 +209,7 @@ class Follower {
   const SceneRun& run_;
   std::vector<Shape> shapes_;
   std::vector<std::uint8_t> moves_;
-  std::vector<double> reaches_, paths_;
+  std::vector<double> reaches_, turned_;
   std::vector<Pose> poses_;
   std::vector<Aabb> boxes_;
   std::vector<BodyState> states_;
@@ -313,7 +313,9 @@ struct Bearing {
     keep(made, pair.X_WA, pair.X_WB, kept);
     for (int k = 0; k < 8; ++k) {
       const Pair moved = moved_by(pair, 0.999 * motion_m, reach, random);
-      REQUIRE(motion(pair.X_WB, moved.X_WB, reach) < motion_m);
+      REQUIRE((moved.X_WB.x - pair.X_WB.x).norm() +
+                  way_of_turning(pair.X_WB.R, moved.X_WB.R, reach) <
+              motion_m);
       const Manifold fresh = moved.collide(kMargin);
       Manifold now;
       pose(kept, made.count, moved.X_WA, moved.X_WB, now);
@@ -326,6 +328,30 @@ struct Bearing {
 };
 
 }  // namespace
+
+TEST_CASE(
+    "what is carried along side by side keeps its manifold, until one moves beside the other") {
+  const Shape box = Shape::box({0.5, 0.5, 0.5});
+  const Pose X_WA, X_WB{{0.1, 0, 0.999}, Matrix::Identity()};
+  PairMemory memory;
+  memory.follow(serial_executor, std::array{BodyPair{0, 1}}, std::array<std::int64_t, 2>{1, 2},
+                std::array{box, box});
+  const double reach = bounding_radius(box);
+  Manifold manifold;
+  REQUIRE(!memory.recall(0, X_WA, X_WB, 0, reach, kMargin, manifold));
+  const Manifold made = collide(box, X_WA, box, X_WB, kMargin);
+  memory.keep(0, X_WA, X_WB, reach, made, false);
+  const double bears = bearable_motion(made, reach);
+  REQUIRE(bears > 0);
+  const auto carried = [](const Pose& X, const Vector& way) { return Pose{X.x + way, X.R}; };
+  const Vector far(100, -20, 7), way = 0.999 * bears * Vector::UnitX();
+  CHECK(memory.recall(0, carried(X_WA, far), carried(X_WB, far), 0, reach, kMargin, manifold));
+  CHECK((manifold.points[0].p_W - made.points[0].p_W - far).norm() < 1e-12);
+  CHECK(manifold.points[0].separation == Approx(made.points[0].separation).margin(1e-12));
+  CHECK(memory.recall(0, X_WA, carried(X_WB, way), 0, reach, kMargin, manifold));
+  // What has turned counts, too.
+  CHECK(!memory.recall(0, X_WA, carried(X_WB, way), 0.002 * bears, reach, kMargin, manifold));
+}
 
 TEST_CASE("boxes that lie nearly flush bear the motion that they say") {
   Random random(4);

@@ -76,9 +76,9 @@ struct ConstraintPoint {
   Vector rB;             ///< m
 
   // Of contacts that are solved one by one; blocks have their own.
-  double lambda = 0;  ///< normal impulse of a sub-step, >= 0
-  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
+  double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane
+  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
 
   /// m, as the method sees it that lets a load of 1 m/s^2 sink in by `give`, s^2.
   double gap(double give) const { return s0 - rest_m - give * rest_load; }

@@ -37,14 +37,16 @@ void quarantine(World::State& s, std::size_t i, Result reason) {
 }
 
 /// Leaves a spin that is too fast at what stays within the limit however the body tumbles: its
-/// angular momentum is then that of the fastest spin about the axis of least inertia.
+/// angular momentum is then that of the fastest spin about the axis of least inertia, less what
+/// rounding may add.
 void cut_spin(World::State& s, std::size_t i) {
   Vector& w = s.bodies.w[i];
   if (!(w.cwiseAbs().maxCoeff() > limits::kAngularSpeedMax_radps && w.allFinite())) return;
   const Momentum before = momentum_before(s, i);
   const Vector& J = s.bodies.inertia[i];
   const double momentum = J.cwiseProduct(s.bodies.q[i].conjugate() * w).norm();
-  w *= limits::kAngularSpeedMax_radps * J.minCoeff() / momentum;
+  constexpr double kRoom = 1 - 1e-9;
+  w *= kRoom * limits::kAngularSpeedMax_radps * J.minCoeff() / momentum;
   add_unaccounted(s, i, s.bodies.x[i], before);
   ++s.spins_cut;
 }

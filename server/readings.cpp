@@ -145,7 +145,7 @@ void write_world(Page& page, const Readings& r) {
                "Searches for a time of impact that ended early, and bodies that stayed for it.",
                r.impacts_unresolved);
   page.counter("cradle_spins_cut_total",
-               "Times that contacts would have spun a body beyond the limit, and it kept that.",
+               "Times that a body in contact would have spun beyond the limit, and was slowed.",
                r.spins_cut);
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }

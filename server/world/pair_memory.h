@@ -60,7 +60,8 @@ class PairMemory {
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
   bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }
-  /// In A, unit: along which the two touched last, or were apart; zero: not known. Of pairs that
+  /// In A, unit: along which the two touched or were apart when that was kept last; zero: not
+  /// known. Of pairs that
   /// begin at an axis.
   Vector axis_A(std::size_t k) const {
     const std::int64_t place = pairs_[k].place;

@@ -17,8 +17,8 @@ void end_tick(World::State& s, std::size_t i, Flight end);
 
 /// After the solver: bodies in contact with a number that is not finite, or beyond the limits, go
 /// back to where they were, as those in flight do, and are marked lost; nobody else is. Who only
-/// spins too fast keeps as much of that as is allowed: what is a millimetre small and hit at
-/// 1000 m/s would do so, and is still in the way of others.
+/// spins too fast is slowed until it cannot tumble beyond the limit: what is a millimetre small and
+/// hit at 1000 m/s would do so, and is still in the way of others.
 void stop_unusable(World::State& s);
 
 /// After the step: bodies that are lost.

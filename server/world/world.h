@@ -88,8 +88,7 @@ struct StepReport {
   /// Of the searches, those that ended early at a safe time, and bodies that stayed where they were
   /// because those around them went on stopping each other.
   int impacts_unresolved = 0;
-  int spins_cut =
-      0;  ///< bodies whose contacts would have spun them beyond the limit: they keep that
+  int spins_cut = 0;  ///< bodies in contact that would have spun beyond the limit: quarantine.h
   /// Pairs of two meshes or height fields whose boxes overlap: these touch nothing.
   int surfaces_passing = 0;
 };

@@ -31,7 +31,7 @@ bool begins_at_axis(ShapeKind A, ShapeKind B);
 /// What is known of a pair before its manifold is made: for time, not for what comes out, but for
 /// ties of directions.
 struct PairHints {
-  Vector axis_W = Vector::Zero();  ///< unit, from A to B: of a manifold before; zero: not known
+  Vector axis_W = Vector::Zero();  ///< unit, from A to B: of the last manifold; zero: not known
   bool was_apart = false;          ///< along that
   bool wants_lead = false;         ///< else the manifold may come without one
   double foresight = 0;            ///< as of BoxBatch; other shapes have none

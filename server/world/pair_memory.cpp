@@ -104,11 +104,10 @@ void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double 
   const double bears = bearable_motion(made, reach);
   pair.count = made.count;
   pair.bears_m = bears;
-  if (!(bears > 0)) return;  // nothing to remember, or not for long
   KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
-  if (made.count > 0) {
+  if (made.count > 0 && bears > 0) {
     cradle::keep(made, X_WA, X_WB, kept);
-  } else if (begins_at_axis) {
+  } else if (begins_at_axis && (made.count > 0 || made.lead > 0)) {  // not for long, or no points
     kept.n_A = X_WA.R.transpose() * made.normal_W;
   }
 }

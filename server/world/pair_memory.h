@@ -60,8 +60,7 @@ class PairMemory {
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
   bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }
-  /// In A, unit: along which the two touched or were apart when that was kept last; zero: not
-  /// known. Of pairs that
+  /// In A, unit: along which the two touched last, or were apart; zero: not known. Of pairs that
   /// begin at an axis.
   Vector axis_A(std::size_t k) const {
     const std::int64_t place = pairs_[k].place;
@@ -71,7 +70,7 @@ class PairMemory {
   /// Fetches what `recall` will read: manifolds lie anywhere, and to wait for them takes longer
   /// than all else that it does.
   void expect(std::size_t k) const;
-  /// `begins_at_axis`: a pair apart remembers along what.
+  /// `begins_at_axis`: its axis is kept though the manifold is not.
   void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made,
             bool begins_at_axis);
 

@@ -57,7 +57,8 @@ class Collisions {
       boxes_.add(key, A, B, margin, hints.foresight);
     } else if (PolytopeBatch::takes(A, B)) {
       polytopes_.add(key, A, B, margin, hints.wants_lead, hints.axis_W);
-    } else if (const auto apart = still_apart(A, B, margin, hints)) {
+    } else if (const auto apart =
+                   hints.was_apart ? still_apart(A, B, margin, hints) : std::nullopt) {
       made_.take(key, *apart);
     } else {
       made_.take(key, collide(A, B, margin));

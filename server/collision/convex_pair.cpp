@@ -237,11 +237,6 @@ Manifold convex_convex(const Collider& collider_A, const Collider& collider_B, d
   return convex_manifold(pair, least, hints, collider_A.X_WB, margin);
 }
 
-bool begins_at_axis(ShapeKind A, ShapeKind B) {
-  const bool are_boxes = A == ShapeKind::box && B == ShapeKind::box;
-  return has_inside(A) && has_inside(B) && !are_boxes;
-}
-
 std::optional<Manifold> still_apart(const Collider& A, const Collider& B, double margin,
                                     const PairHints& hints) {
   if (!hints.was_apart || hints.axis_W.isZero(0) || !begins_at_axis(A.shape.kind, B.shape.kind))

@@ -5,6 +5,7 @@
 
 #include "server/collision/box_batch.h"
 #include "server/collision/collider.h"
+#include "server/collision/convex_shape.h"
 #include "server/collision/manifold.h"
 #include "server/collision/polytope_batch.h"
 
@@ -26,7 +27,10 @@ inline Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& sha
 
 /// Whether it saves time to know an axis: not for two boxes, whose axes are all tried, many at a
 /// time, nor for half-spaces.
-bool begins_at_axis(ShapeKind A, ShapeKind B);
+inline bool begins_at_axis(ShapeKind A, ShapeKind B) {
+  const bool are_boxes = A == ShapeKind::box && B == ShapeKind::box;
+  return !are_boxes && has_inside(A) && has_inside(B);
+}
 
 /// What is known of a pair before its manifold is made: for time, not for what comes out, but for
 /// ties of directions.

@@ -140,11 +140,11 @@ void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const 
     }
     look_at(*c);
   }
-  blocks.pack(serial_executor, all, bodies, kStep.h);
+  blocks.pack(serial_executor, contact_kernels_of(0), all, bodies, kStep.h);
 }
 
-void unpack(const ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
-  blocks.unpack(serial_executor, kStep.h);
+void unpack(ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
+  blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 1.1, 0});
   for (ContactConstraint* c : all) {
     for (ConstraintPoint& p : c->used()) {
       p.lambda = kStep.h * p.force;

@@ -7,17 +7,20 @@ namespace cradle {
 
 void BodyLines::take_means(double h) {
   if (means_.size() < lines_) means_.resize(velocities_.size());
-  std::copy_n(velocities_.begin(), lines_, means_.begin());
-  for (std::int32_t line = 0; line < moving_; ++line) {
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    kernels_->average(run(begin, end), means_.data());
+    for (const std::int32_t line : part_of(tumbling_, begin, end)) {
+      // The gyroscopic term does no work: what contacts did begins after it.
+      angular(at(means_, line)) = 0.5 * (angular(at(frees_, line)) + w(line));
+    }
+  });
+  std::copy(velocities_.begin() + moving_,
+            velocities_.begin() + static_cast<std::ptrdiff_t>(lines_), means_.begin() + moving_);
+  for (const std::int32_t line : twisted_) {
     const State& state = at(states_, line);
-    BodyLine& mean = at(means_, line);
-    linear(mean) = 0.5 * (linear(at(begins_, line)) + v(line));
-    if (!state.turns) continue;
-    // The gyroscopic term does no work: what contacts did begins after it.
-    const auto w_begin = angular(at(begins_, line)), w_free = angular(at(frees_, line));
-    angular(mean) = 0.5 * ((state.tumbles ? w_free : w_begin) + w(line));
-    if (!state.is_twisted) continue;
-    const Vector w_mean = 0.5 * (w_begin + (state.tumbles ? Vector(w_free) : Vector(w(line))));
+    const Vector w_free = angular(at(frees_, line));
+    const Vector w_mean =
+        0.5 * (angular(at(begins_, line)) + (state.tumbles ? w_free : Vector(w(line))));
     const Turning& turning = at(turnings_, line);
     const bool goes_with_axis = state.tumbles && turning.axial_share != 0;
     const Vector w_W =
@@ -31,7 +34,7 @@ void BodyLines::take_means(double h) {
 
 double BodyLines::kinetic_energy(std::int32_t line, const Vector& v, const Vector& w) const {
   const State& state = at(states_, line);
-  const double linear = state.mass * v.squaredNorm();
+  const double linear = mass(line) * v.squaredNorm();
   if (!state.turns) return 0.5 * linear;
   const Vector& J = bodies_.inertia[state.slot];
   if (!state.tumbles) return 0.5 * (linear + J.x() * w.squaredNorm());

@@ -1,7 +1,9 @@
 #include "server/dynamics/contact/body_lines.h"
 
-#include <cstring>
+#include <atomic>
+#include <limits>
 
+#include "server/dynamics/contact/contact_kernels.h"
 #include "server/dynamics/gyroscopic.h"
 #include "server/dynamics/rotation.h"
 
@@ -11,6 +13,7 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
                       std::span<const Matrix> inverse_inertia_W) {
   bodies_ = bodies;
   executor_ = tick.executor;
+  kernels_ = &contact_kernels_of(tick.lanes);
   islands_ = tick.islands;
   islands_count_ = tick.islands_count;
   moving_ = static_cast<std::int32_t>(tick.moving.size());
@@ -28,17 +31,23 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   for_moving([&](std::int32_t begin, std::int32_t end) {
     std::fill(velocities_.begin() + begin, velocities_.begin() + end, BodyLine{});
     std::fill(motions_.begin() + begin, motions_.begin() + end, BodyLine{});
-    std::fill(struck_.begin() + begin, struck_.begin() + end, std::uint8_t{0});
+    std::fill(struck_.begin() + begin, struck_.begin() + end, 0);
     for (std::int32_t line = begin; line < end; ++line) {
       const std::int32_t slot = tick.moving[static_cast<std::size_t>(line)];
       enter(line, slot);
       State& state = at(states_, line);
       state.slot = static_cast<std::size_t>(slot);
-      state.rests = !tick.resting.empty() && at(tick.resting, line) != 0;
-      begin_line(line, inverse_inertia_W[static_cast<std::size_t>(slot)]);
+      const bool rests = !tick.resting.empty() && at(tick.resting, line) != 0;
+      begin_line(line, rests, inverse_inertia_W[static_cast<std::size_t>(slot)]);
       at(frees_, line) = at(velocities_, line);  // no contacts yet
     }
   });
+  tumbling_.clear();
+  twisted_.clear();
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    if (at(states_, line).tumbles) tumbling_.push_back(line);
+    if (at(states_, line).is_twisted) twisted_.push_back(line);
+  }
   for (std::int32_t k = 0; k < driven_; ++k) {
     enter(moving_ + k, tick.driven[static_cast<std::size_t>(k)]);
   }
@@ -58,25 +67,37 @@ void BodyLines::make_room() {
   };
   clear_still(velocities_);
   clear_still(motions_);
+  clear_still(responses_);
   clear_still(struck_);
   grow(states_, moving());
   grow(turnings_, moving());
   for (std::vector<BodyLine>* all : {&loads_, &begins_, &frees_}) grow(*all, moving());
+  for (std::vector<double>* all :
+       {&pull2_, &gyration2_, &mean_pull2_, &mean_gyration2_, &masses_, &gains_}) {
+    grow(*all, moving());
+  }
 }
 
-void BodyLines::begin_line(std::int32_t line, const Matrix& inverse_inertia_W) {
+void BodyLines::begin_line(std::int32_t line, bool rests, const Matrix& inverse_inertia_W) {
   State& state = at(states_, line);
   const std::size_t i = state.slot;
   state.turns = !bodies_.inverse_inertia[i].isZero(0);
   state.tumbles = state.turns && !has_equal_moments(bodies_.inertia[i]);
   state.is_twisted = state.turns && !bodies_.torque[i].isZero(0);
-  state.mass = 1 / bodies_.inverse_mass[i];
-  state.pull = bodies_.acceleration[i].norm();
+  at(masses_, line) = 1 / bodies_.inverse_mass[i];
+  at(pull2_, line) = bodies_.acceleration[i].squaredNorm();
+  at(mean_pull2_, line) = rests ? -1 : at(pull2_, line);
+  at(gyration2_, line) = state.turns ? bodies_.inertia[i].maxCoeff() * bodies_.inverse_mass[i] : 0;
+  // The gyroscopic step is implicit, too.
+  at(mean_gyration2_, line) =
+      state.tumbles ? std::numeric_limits<double>::infinity() : at(gyration2_, line);
+  const Matrix& I = inverse_inertia_W;
+  at(responses_,
+     line) = {{I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2), bodies_.inverse_mass[i], 0}};
   BodyLine& load = at(loads_, line);
   load = {};
   linear(load) = bodies_.acceleration[i];
   if (state.is_twisted && !state.tumbles) angular(load) = inverse_inertia_W * bodies_.torque[i];
-  state.gyration2 = state.turns ? bodies_.inertia[i].maxCoeff() * bodies_.inverse_mass[i] : 0;
   Turning& turning = at(turnings_, line);
   if (!state.tumbles) return;
   turning.R_start = bodies_.q[i].toRotationMatrix();
@@ -117,26 +138,39 @@ Vector BodyLines::free_turn(const State& state, const Turning& turning, const Ve
   return R * w_B;
 }
 
-void BodyLines::integrate_velocities(double h, double smooth_factor) {
-  const double smooth_s = smooth_factor * h;
-  for_moving([&](std::int32_t begin, std::int32_t end) {
-    for (std::int32_t line = begin; line < end; ++line) {
-      auto velocity = all(at(velocities_, line)), free = all(at(frees_, line));
-      const AllOfLine by_contacts = velocity - free;
-      all(at(begins_, line)) = velocity;
-      free = velocity + h * all(at(loads_, line));
-      const State& state = at(states_, line);
-      if (state.tumbles)
-        angular(at(frees_, line)) = free_turn(state, at(turnings_, line), w(line), h);
-      velocity = free + by_contacts;
-      note_if_struck(line, by_contacts, smooth_s);
-    }
-  });
-  note_if_any_is_struck();
+BodyRun BodyLines::run(std::int32_t begin, std::int32_t end) {
+  return {velocities_.data(),
+          motions_.data(),
+          begins_.data(),
+          frees_.data(),
+          loads_.data(),
+          pull2_.data(),
+          gyration2_.data(),
+          mean_pull2_.data(),
+          mean_gyration2_.data(),
+          masses_.data(),
+          struck_.data(),
+          gains_.data(),
+          begin,
+          end};
 }
 
-void BodyLines::note_if_any_is_struck() {
-  has_struck_ = std::memchr(struck_.data(), 1, moving()) != nullptr;
+std::span<const std::int32_t> BodyLines::part_of(const std::vector<std::int32_t>& lines,
+                                                 std::int32_t begin, std::int32_t end) {
+  const auto first = std::ranges::lower_bound(lines, begin);
+  return {first, std::lower_bound(first, lines.end(), end)};
+}
+
+void BodyLines::integrate_velocities(double h, double smooth_factor) {
+  std::atomic<bool> any = false;
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (const std::int32_t line : part_of(tumbling_, begin, end)) {
+      const Vector turned = free_turn(at(states_, line), at(turnings_, line), w(line), h);
+      angular(at(loads_, line)) = (turned - w(line)) / h;
+    }
+    if (kernels_->load(run(begin, end), h, smooth_factor * h)) any.store(true);
+  });
+  has_struck_ = any;
 }
 
 void BodyLines::strike(std::int32_t line, const Vector& dv, const Vector& dw, double t) {
@@ -168,32 +202,14 @@ void BodyLines::displace(std::int32_t line, const BodyLine& by) {
 }
 
 void BodyLines::integrate_positions(double h, double smooth_factor) {
-  const auto move = [&](std::int32_t line, const Vector& step, const Vector& angle) {
-    BodyLine& motion = at(motions_, line);
-    linear(motion) += step;
-    angular(motion) += angle;
-  };
   for_moving([&](std::int32_t begin, std::int32_t end) {
-    for (std::int32_t line = begin; line < end; ++line) {
-      const State& state = at(states_, line);
-      const auto v_begin = linear(at(begins_, line)), w_begin = angular(at(begins_, line));
-      const Vector change = v(line) - v_begin;
-      const double smooth = smooth_factor * h * state.pull;
-      const bool is_smooth = !state.rests && change.squaredNorm() <= smooth * smooth;
-      const Vector step = h * (is_smooth ? Vector(v_begin + 0.5 * change) : Vector(v(line)));
-      if (state.tumbles) turn(state, at(turnings_, line), w(line), h);
-      if (state.tumbles || !state.turns) {  // the gyroscopic step is implicit, too
-        move(line, step, h * w(line));
-        continue;
-      }
-      const Vector spin = w(line) - w_begin;
-      const bool turns_smoothly =
-          is_smooth && state.gyration2 * spin.squaredNorm() <= smooth * smooth;
-      move(line, step, h * (turns_smoothly ? Vector(w_begin + 0.5 * spin) : Vector(w(line))));
+    for (const std::int32_t line : part_of(tumbling_, begin, end)) {
+      turn(at(states_, line), at(turnings_, line), w(line), h);
     }
+    kernels_->move(run(begin, end), h, smooth_factor * h);
   });
   for (std::int32_t line = moving_; line < moving_ + driven_; ++line) {
-    move(line, h * v(line), h * w(line));
+    all(at(motions_, line)) += h * all(at(velocities_, line));
   }
 }
 

@@ -144,7 +144,7 @@ class BodyLines {
   const BodyLine* means() const { return means_.data(); }
   /// J, at these velocities of its line.
   double kinetic_energy(std::int32_t line, const Vector& v, const Vector& w) const;
-  double mass(std::int32_t line) const { return at(states_, line).mass; }
+  double mass(std::int32_t line) const { return at(masses_, line); }
   /// Takes away what there is, before a tick; adds it, and what loads did, after the last sub-step.
   void begin_balance(ContactBalance& balance);
   void end_balance(ContactBalance& balance, double dt) const;
@@ -152,18 +152,16 @@ class BodyLines {
   BodyLine* velocities() { return velocities_.data(); }
   const BodyLine* velocities() const { return velocities_.data(); }
   const BodyLine* motions() const { return motions_.data(); }
+  /// How they yield: as BlockFilling.
+  const BodyLine* responses() const { return responses_.data(); }
 
  private:
   /// Of a body that moves by its contacts: what every sub-step looks at.
   struct State {
     std::size_t slot;
-    bool turns;        // has an inertia at all
-    bool tumbles;      // with unequal moments
-    bool is_twisted;   // by a torque
-    bool rests;        // among others
-    double mass;       // kg
-    double pull;       // m/s^2, the size of its acceleration
-    double gyration2;  // m^2, largest moment by mass
+    bool turns;       // has an inertia at all
+    bool tumbles;     // with unequal moments
+    bool is_twisted;  // by a torque
   };
   /// Of those that tumble, by line, too.
   struct Turning {
@@ -180,23 +178,18 @@ class BodyLines {
     executor_->for_ranges(moving_, kLinesWorthAThread, f);
   }
   void make_room();
-  void begin_line(std::int32_t line, const Matrix& inverse_inertia_W);
-  void note_if_any_is_struck();
-  /// By a change that a load would not make in `smooth_s` seconds.
-  void note_if_struck(std::int32_t line, const AllOfLine& change, double smooth_s) {
-    const State& state = at(states_, line);
-    const double* const c = change.data();
-    const double v2 = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    const double w2 = c[3] * c[3] + c[4] * c[4] + c[5] * c[5];
-    const double smooth2 = smooth_s * smooth_s * state.pull * state.pull;
-    const bool is_struck = (v2 > smooth2) | (state.gyration2 * w2 > smooth2);
-    at(struck_, line) = is_struck ? 1 : 0;
-  }
+  void begin_line(std::int32_t line, bool rests, const Matrix& inverse_inertia_W);
+  /// As one kernel sees these lines.
+  BodyRun run(std::int32_t begin, std::int32_t end);
+  /// Those of `lines` from `begin` to `end`; they ascend.
+  static std::span<const std::int32_t> part_of(const std::vector<std::int32_t>& lines,
+                                               std::int32_t begin, std::int32_t end);
   std::size_t island_of(std::int32_t line) const {
     return islands_.empty() ? 0 : static_cast<std::size_t>(at(islands_, line));
   }
   double energy_given(std::int32_t line, const Vector& v_before, const Vector& w_before) const;
-  void add_gains();
+  /// By island.
+  void add_up(const std::vector<double>& gains, std::vector<double>& of_islands) const;
   Vector free_turn(const State& state, const Turning& turning, const Vector& w, double h) const;
   Vector along_loads(std::int32_t line) const;  // a unit, or 0
   void turn(const State& state, Turning& turning, const Vector& w, double h);
@@ -209,11 +202,14 @@ class BodyLines {
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;
   std::vector<Turning> turnings_;
-  std::vector<BodyLine> velocities_, motions_;
-  std::vector<BodyLine> loads_;   // what they give to bodies that do not tumble; to others v alone
+  const ContactKernels* kernels_ = nullptr;
+  std::vector<BodyLine> velocities_, motions_, responses_;
+  std::vector<BodyLine> loads_;   // what they give, and free turning, in a second
   std::vector<BodyLine> begins_;  // velocities before loads
   std::vector<BodyLine> frees_;   // after loads, before contacts
   std::vector<BodyLine> means_;
+  std::vector<double> pull2_, gyration2_, mean_pull2_, mean_gyration2_, masses_;  // as BodyRun
+  std::vector<std::int32_t> tumbling_, twisted_;                                  // lines
   std::span<const std::int32_t> islands_;  // by line; or empty
   std::size_t islands_count_ = 1;
   struct Debt {
@@ -221,15 +217,13 @@ class BodyLines {
     double sum_J = 0, kinetic_J = 0, along_J = 0, mass = 0, share = 1;
     Vector momentum = Vector::Zero(), v = Vector::Zero();
   };
-  std::vector<Debt> debts_;  // by island
-  struct Gain {
-    double all, own;  // J, of kinetic energy: by repeats; of them by themselves
-  };
-  std::vector<std::uint8_t> struck_;  // by line
+  std::vector<Debt> debts_;     // by island
+  std::vector<double> struck_;  // by line: 1, or 0
   bool has_struck_ = false;
   std::vector<BodyLine> repeats_;
-  std::vector<Gain> gains_;  // by line
-  std::vector<Gain> gains_of_islands_;
+  std::vector<double> gains_,
+      own_gains_;  // J, of kinetic energy, by line: by repeats; by themselves
+  std::vector<double> gains_of_islands_, own_gains_of_islands_;
   std::vector<double> shares_;
   double work_of_torques_ = 0;  // J, so far, if there is a balance
 };

@@ -11,6 +11,7 @@
 // Where all contacts of an island together give no energy, W is not looked into, and may be above
 // 0: what they all give to each body is known, and costs no pass over them.
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 #include "server/dynamics/contact/body_lines.h"
@@ -18,53 +19,43 @@
 namespace cradle {
 
 void BodyLines::find_struck(double h, double smooth_factor) {
-  const double smooth_s = smooth_factor * h;
+  std::atomic<bool> any = false;
   for_moving([&](std::int32_t begin, std::int32_t end) {
-    for (std::int32_t line = begin; line < end; ++line) {
-      note_if_struck(line, all(at(velocities_, line)) - all(at(frees_, line)), smooth_s);
-    }
+    if (kernels_->look(run(begin, end), smooth_factor * h)) any.store(true);
   });
-  note_if_any_is_struck();
+  has_struck_ = any;
 }
 
 /// J, by what made its velocities from these.
 double BodyLines::energy_given(std::int32_t line, const Vector& v_before,
                                const Vector& w_before) const {
-  const State& state = at(states_, line);
-  if (state.tumbles) {
+  if (at(states_, line).tumbles) {
     return kinetic_energy(line, v(line), w(line)) - kinetic_energy(line, v_before, w_before);
   }
   const double of_v = (v(line) - v_before).dot(v(line) + v_before);
   const double of_w = (w(line) - w_before).dot(w(line) + w_before);
-  return 0.5 * state.mass * (of_v + state.gyration2 * of_w);
+  return 0.5 * mass(line) * (of_v + at(gyration2_, line) * of_w);
 }
 
 void BodyLines::forgive_struck() {
-  gains_.resize(moving());
-  for_moving([&](std::int32_t begin, std::int32_t end) {
-    for (std::int32_t line = begin; line < end; ++line) {
-      const BodyLine& free = at(frees_, line);
-      at(gains_, line) = {energy_given(line, linear(free), angular(free)), 0};
-    }
-  });
-  add_gains();
+  for (const std::int32_t line : tumbling_) {
+    const BodyLine& free = at(frees_, line);
+    at(gains_, line) = energy_given(line, linear(free), angular(free));
+  }
+  add_up(gains_, gains_of_islands_);
   bool is_any_struck = false;
   for (std::int32_t line = 0; line < moving_; ++line) {
-    std::uint8_t& is_struck = at(struck_, line);
-    if (gains_of_islands_[island_of(line)].all <= 0) is_struck = 0;
+    double& is_struck = at(struck_, line);
+    if (gains_of_islands_[island_of(line)] <= 0) is_struck = 0;
     is_any_struck |= is_struck != 0;
   }
   has_struck_ = is_any_struck;
 }
 
-/// By island.
-void BodyLines::add_gains() {
-  gains_of_islands_.assign(islands_count_, {0, 0});
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    Gain& gain = gains_of_islands_[island_of(line)];
-    gain.all += at(gains_, line).all;
-    gain.own += at(gains_, line).own;
-  }
+void BodyLines::add_up(const std::vector<double>& gains, std::vector<double>& of_islands) const {
+  of_islands.assign(islands_count_, 0);
+  for (std::int32_t line = 0; line < moving_; ++line)
+    of_islands[island_of(line)] += at(gains, line);
 }
 
 void BodyLines::begin_repeats() {
@@ -76,25 +67,26 @@ void BodyLines::begin_repeats() {
 }
 
 std::span<const double> BodyLines::limit_repeats() {
-  gains_.resize(moving());
+  own_gains_.resize(moving());
   for_moving([&](std::int32_t begin, std::int32_t end) {
     for (std::int32_t line = begin; line < end; ++line) {
       const Vector dv = linear(at(repeats_, line)), dw = angular(at(repeats_, line));
-      at(gains_, line) = {0, 0};
+      at(gains_, line) = at(own_gains_, line) = 0;
       if (dv.isZero(0) && dw.isZero(0)) continue;
-      at(gains_, line) = {energy_given(line, v(line) - dv, w(line) - dw),
-                          kinetic_energy(line, dv, dw)};
+      at(gains_, line) = energy_given(line, v(line) - dv, w(line) - dw);
+      at(own_gains_, line) = kinetic_energy(line, dv, dw);
     }
   });
-  add_gains();
+  add_up(gains_, gains_of_islands_);
+  add_up(own_gains_, own_gains_of_islands_);
   shares_.assign(islands_count_, 1);
   bool is_any_less = false;
   for (std::size_t i = 0; i < islands_count_; ++i) {
-    const Gain& gain = gains_of_islands_[i];
-    if (gain.all <= 0) continue;
+    const double gain = gains_of_islands_[i], own = own_gains_of_islands_[i];
+    if (gain <= 0) continue;
     is_any_less = true;
-    // Of a share x: x (all - own) + x^2 own, least at (1 - all / own) / 2.
-    shares_[i] = std::max(0.0, 0.5 * (1 - gain.all / gain.own));
+    // Of a share x: x (gain - own) + x^2 own, least at (1 - gain / own) / 2.
+    shares_[i] = std::max(0.0, 0.5 * (1 - gain / own));
   }
   if (!is_any_less) return {};
   for_moving([&](std::int32_t begin, std::int32_t end) {

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 
+#include "server/dynamics/contact/softness.h"
+
 namespace cradle {
 
 inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
@@ -14,6 +16,15 @@ inline constexpr int kBlockPoints = 4;
 inline constexpr int kBlockKinds = 5;  ///< of runs: by points, and whether these are joint
 /// Of contacts with restitution: they do not slow down what comes (impacts.h).
 inline constexpr double kImpactHaste = 1e9;
+
+/// What the kernels see of a ContactConstraint: lines of eight numbers, by where they begin.
+struct ConstraintLines {
+  static constexpr int kFrame = 0;   ///< n, t1, friction, stiffness
+  static constexpr int kBodies = 8;  ///< from_B, 1/m of A and of B, restitution
+  static constexpr int kPoints = 40, kPointNumbers = 24;  ///< each of them:
+  static constexpr int kPlace = 0;                        ///< rA, s0
+  static constexpr int kLoad = 8;  ///< force_t, force, press, K_normal, s, rest_m, rest_load
+};
 
 /// Eight manifolds side by side, which share no body that yields. Of points that are missing,
 /// masses and impulses are 0; so is everything in lanes without a manifold.
@@ -40,6 +51,8 @@ struct ContactBlock {
   Row lambda[kBlockPoints];                ///< N s, of a sub-step
   Row lambda_1[kBlockPoints], lambda_2[kBlockPoints];
   Row part;                                     ///< of its impulses: for `repeat` and `scale`
+  Row sink_share;                               ///< 1 / stiffness^2
+  double* lines[kBlockLanes];                   ///< of its constraint; zeros where there is none
   std::int32_t a[kBlockLanes], b[kBlockLanes];  ///< lines to read
   std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
   std::int32_t source[kBlockLanes];                     ///< which constraint; -1: none
@@ -51,6 +64,21 @@ struct BodyLine {
 };
 inline constexpr int kAngular = 3;  ///< where it begins
 static_assert(sizeof(BodyLine) == 64);
+
+/// Bodies in contact that yield, a line each, and what is known of them, a number each.
+struct BodyRun {
+  BodyLine *velocities, *motions;
+  BodyLine *begins, *frees;      ///< velocities before loads; after loads, before contacts
+  const BodyLine* loads;         ///< what they give, in a second
+  const double* pull2;           ///< (m/s^2)^2, of its acceleration
+  const double* gyration2;       ///< m^2, largest moment by mass
+  const double* mean_pull2;      ///< as pull2; below 0: moves with its last velocity
+  const double* mean_gyration2;  ///< as gyration2; infinite: turns with its last velocity
+  const double* mass;            ///< kg
+  double* struck;                ///< 1: its contacts changed it by more than its loads would
+  double* gains;                 ///< J: what they gave, of bodies with equal moments
+  std::int32_t begin, end;       ///< lines
+};
 
 struct SubStep {
   double h;  ///< s
@@ -76,8 +104,35 @@ struct ContactWork {
   ContactBlock::Row normal, friction, driven, momentum[3];
 };
 
+/// How blocks are filled from constraints.
+struct BlockFilling {
+  const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz, inverse mass
+  double h;                   ///< s, of a sub-step
+  Softness soft;              ///< of stiffness 1
+};
+/// How constraints take their results.
+struct BlockTaking {
+  double h;                      ///< s, of a sub-step
+  double growth, decay, excess;  ///< of what presses: soft_batch.cpp
+  double give;                   ///< s^2, of stiffness 1
+};
+
 struct ContactKernels {
   int lanes;
+  /// Loads over `h`, and what contacts gave in the sub-step before, again. True if this struck
+  /// anybody: it would not have come from loads in `smooth_s`.
+  bool (*load)(const BodyRun&, double h, double smooth_s);
+  /// Likewise, of what contacts gave since loads.
+  bool (*look)(const BodyRun&, double smooth_s);
+  /// With the mean velocity of the sub-step where that is smooth, else the last.
+  void (*move)(const BodyRun&, double h, double smooth_s);
+  /// Velocities before and after the sub-step, halved.
+  void (*average)(const BodyRun&, BodyLine* means);
+  /// All rows that stand for the constraint, at the tick's start. `yields` is 1 already for points
+  /// that there are, and 0 for others.
+  void (*gather)(const BlockRun&, const BlockFilling&);
+  /// The loads of the points; `sag`: by lane, the largest so far, m.
+  void (*scatter)(const BlockRun&, const BlockTaking&, double* sag);
   void (*prepare)(const BlockRun&);
   void (*warm_start)(const BlockRun&, BodyLine* velocities);
   void (*repeat)(const BlockRun&, BodyLine* velocities);  ///< a warm start by that part alone

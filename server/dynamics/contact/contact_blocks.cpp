@@ -1,6 +1,7 @@
 #include "server/dynamics/contact/contact_blocks.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "server/dynamics/contact/softness.h"
 
@@ -27,19 +28,32 @@ std::int32_t kind_of(const ContactConstraint& c) {
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
+/// Of the constraint that a block's lane reads, the number at this place of this line.
+constexpr std::size_t at(int line, std::size_t place) {
+  return sizeof(double) * (static_cast<std::size_t>(line) + place);
+}
+using Lines = ConstraintLines;
+static_assert(offsetof(ContactConstraint, n) == at(Lines::kFrame, 0));
+static_assert(offsetof(ContactConstraint, t1) == at(Lines::kFrame, 3));
+static_assert(offsetof(ContactConstraint, friction) == at(Lines::kFrame, 6));
+static_assert(offsetof(ContactConstraint, stiffness) == at(Lines::kFrame, 7));
+static_assert(offsetof(ContactConstraint, from_B) == at(Lines::kBodies, 0));
+static_assert(offsetof(ContactConstraint, restitution) == at(Lines::kBodies, 5));
+static_assert(offsetof(ContactConstraint, points) == at(Lines::kPoints, 0));
+static_assert(sizeof(ConstraintPoint) == at(Lines::kPointNumbers, 0));
+static_assert(offsetof(ConstraintPoint, rA) == at(Lines::kPlace, 0));
+static_assert(offsetof(ConstraintPoint, s0) == at(Lines::kPlace, 3));
+static_assert(offsetof(ConstraintPoint, force_t) == at(Lines::kLoad, 0));
+static_assert(offsetof(ConstraintPoint, force) == at(Lines::kLoad, 2));
+static_assert(offsetof(ConstraintPoint, press) == at(Lines::kLoad, 3));
+static_assert(offsetof(ConstraintPoint, K_normal) == at(Lines::kLoad, 4));
+static_assert(offsetof(ConstraintPoint, s) == at(Lines::kLoad, 5));
+static_assert(offsetof(ConstraintPoint, rest_load) == at(Lines::kLoad, 7));
+
 using Row = ContactBlock::Row;
 
 void set(Row* rows, int lane, const Vector& value) {
   for (int k = 0; k < 3; ++k) rows[k][lane] = value[k];
-}
-
-void set(Row* rows, int lane, const Matrix& m) {
-  rows[0][lane] = m(0, 0);
-  rows[1][lane] = m(0, 1);
-  rows[2][lane] = m(0, 2);
-  rows[3][lane] = m(1, 1);
-  rows[4][lane] = m(1, 2);
-  rows[5][lane] = m(2, 2);
 }
 
 /// The mean of the points: between them every point has a short lever. As an arm of A.
@@ -49,55 +63,19 @@ Vector centre(const ContactConstraint& c) {
   return sum / c.count;
 }
 
+/// Of no constraint. Nobody writes to it.
+alignas(
+    64) double no_lines[ConstraintLines::kPoints + kBlockPoints * ConstraintLines::kPointNumbers]{};
+
 /// Lanes without a manifold do nothing to nobody.
 void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
-  block = ContactBlock{};
-  std::fill_n(block.mass_scale, kBlockLanes, 1);
+  std::fill_n(block.lines, kBlockLanes, &no_lines[0]);
   std::fill_n(block.a, kBlockLanes, nobody);
   std::fill_n(block.b, kBlockLanes, nobody);
   std::fill_n(block.a_out, kBlockLanes, waste);
   std::fill_n(block.b_out, kBlockLanes, waste);
   std::fill_n(block.source, kBlockLanes, -1);
-}
-
-void fill_lane(ContactBlock& block, int lane, const ContactConstraint& c, const Softness& soft,
-               double h, const BodyLines& bodies, std::int32_t waste) {
-  const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
-  block.a[lane] = a;
-  block.b[lane] = b;
-  block.a_out[lane] = bodies.yields(a) ? a : waste;
-  block.b_out[lane] = bodies.yields(b) ? b : waste;
-  const Vector arm_A = centre(c);
-  set(block.n, lane, c.n);
-  set(block.t1, lane, c.t1);
-  const Vector arm_B = arm_A + c.from_B;
-  set(block.arm_A, lane, arm_A);
-  set(block.arm_B, lane, arm_B);
-  set(block.inverse_inertia_A, lane, *c.inverse_inertia_A);
-  set(block.inverse_inertia_B, lane, *c.inverse_inertia_B);
-  block.inverse_mass_A[lane] = c.inverse_mass_A;
-  block.inverse_mass_B[lane] = c.inverse_mass_B;
-  block.friction[lane] = c.friction;
-  block.mass_scale[lane] = soft.mass_scale;
-  block.impulse_scale[lane] = soft.impulse_scale;
-  block.bias_rate[lane] = soft.bias_rate;
-  block.gap_haste[lane] = c.restitution > 0 ? kImpactHaste : 1;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-    const ConstraintPoint& p = c.points[i];
-    const Vector from_centre = p.rA - arm_A;
-    block.u[i][lane] = c.t1.dot(from_centre);
-    block.v[i][lane] = c.t2.dot(from_centre);
-    block.s0[i][lane] = block.s[i][lane] = p.s0;
-    block.yields[i][lane] = 1;
-    block.lambda[i][lane] = h * p.force;
-    block.lambda_1[i][lane] = h * p.force_t.x();
-    block.lambda_2[i][lane] = h * p.force_t.y();
-  }
-  if (c.count != 3) return;
-  for (Row* row : {&block.u[3], &block.v[3], &block.s0[3], &block.s[3], &block.yields[3],
-                   &block.lambda[3], &block.lambda_1[3], &block.lambda_2[3]}) {
-    (*row)[lane] = 0;
-  }
+  std::fill_n(block.yields[0], kBlockPoints * kBlockLanes, 0);
 }
 
 }  // namespace
@@ -196,25 +174,45 @@ void ContactBlocks::find_places(Executor& executor, std::span<ContactConstraint*
 /// Fetches what filling will read: constraints lie anywhere, and to wait for them takes longer than
 /// all else that it does.
 void ContactBlocks::expect(const ContactBlock& block, int points) const {
-  constexpr std::size_t kLine = 64;
   for (const std::int32_t source : block.source) {
     if (source < 0) continue;
     const ContactConstraint& c = *sources_[index(source)];
-    const auto* const begin = reinterpret_cast<const char*>(&c);
-    const auto* const end = reinterpret_cast<const char*>(&c.points[0] + points);
-    for (const char* line = begin; line < end; line += kLine) __builtin_prefetch(line);
+    const double* const line = c.n.data();
+    __builtin_prefetch(line + Lines::kFrame);
+    __builtin_prefetch(line + Lines::kBodies);
+    __builtin_prefetch(&c.count);
+    for (int i = 0; i < points; ++i) {
+      const double* const point = line + Lines::kPoints + i * Lines::kPointNumbers;
+      __builtin_prefetch(point + Lines::kPlace);
+      __builtin_prefetch(point + Lines::kLoad);
+    }
   }
 }
 
 /// Block by block, not constraint by constraint: these are smaller, and less is written elsewhere.
-void ContactBlocks::fill(ContactBlock& block, const BodyLines& bodies, double h) {
+void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
+                         const BodyLines& bodies, double h) {
   const std::int32_t waste = bodies.waste(static_cast<std::size_t>(&block - blocks_.data()));
-  const Softness common = softness_of(1, h);
   for (int lane = 0; lane < kBlockLanes; ++lane) {
     if (block.source[lane] < 0) continue;
-    const ContactConstraint& c = *sources_[index(block.source[lane])];
-    const Softness soft = c.stiffness == 1 ? common : softness_of(c.stiffness, h);
-    fill_lane(block, lane, c, soft, h, bodies, waste);
+    ContactConstraint& c = *sources_[index(block.source[lane])];
+    block.lines[lane] = c.n.data();
+    const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
+    block.a[lane] = a;
+    block.b[lane] = b;
+    block.a_out[lane] = bodies.yields(a) ? a : waste;
+    block.b_out[lane] = bodies.yields(b) ? b : waste;
+    for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
+  }
+  kernels.gather({&block, 1, run.points, run.joint}, {bodies.responses(), h, softness_of(1, h)});
+  for (int lane = 0; lane < kBlockLanes; ++lane) {
+    if (block.source[lane] < 0) continue;
+    const double stiffness = sources_[index(block.source[lane])]->stiffness;
+    if (stiffness == 1) continue;
+    const Softness soft = softness_of(stiffness, h);
+    block.mass_scale[lane] = soft.mass_scale;
+    block.impulse_scale[lane] = soft.impulse_scale;
+    block.bias_rate[lane] = soft.bias_rate;
   }
 }
 
@@ -283,15 +281,15 @@ void ContactBlocks::scale_struck(Executor& executor, const ContactKernels& kerne
   });
 }
 
-void ContactBlocks::take_results(const ContactBlock& block, int lane, double h,
-                                 ContactConstraint& c) {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-    ConstraintPoint& p = c.points[i];
-    p.s = block.s[i][lane];
-    p.force = block.lambda[i][lane] / h;
-    p.force_t = {block.lambda_1[i][lane] / h, block.lambda_2[i][lane] / h};
-    p.K_normal = 1 / block.yields[i][lane];
-  }
+double ContactBlocks::unpack(Executor& executor, const ContactKernels& kernels,
+                             const BlockTaking& taking) {
+  sags_.assign(parts(), {});
+  in_parts(executor, [&](std::size_t part, const BlockRun& run) {
+    kernels.scatter(run, taking, sags_[part].by_lane);
+  });
+  double most = 0;
+  for (const Sags& sags : sags_) most = std::max(most, std::ranges::max(sags.by_lane));
+  return most;
 }
 
 }  // namespace cradle

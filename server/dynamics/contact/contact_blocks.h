@@ -26,21 +26,22 @@ class ContactBlocks {
   /// another. `h`: the sub-step, s. Calls `filled(run)` for each block alone, side by side, while
   /// it is at hand.
   template <class F>
-  void pack(Executor& executor, std::span<ContactConstraint* const> constraints,
-            const BodyLines& bodies, double h, const F& filled) {
+  void pack(Executor& executor, const ContactKernels& kernels,
+            std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h,
+            const F& filled) {
     find_places(executor, constraints, bodies);
     in_any_order(executor, [&](const BlockRun& run) {
       for (ContactBlock& block : blocks_of(run)) {
         if (&block + 1 < run.blocks + run.count) expect(*(&block + 1), run.points);
-        fill(block, bodies, h);
+        fill(block, run, kernels, bodies, h);
         filled(BlockRun{&block, 1, run.points, run.joint});
       }
     });
     note_places(bodies);
   }
-  void pack(Executor& executor, std::span<ContactConstraint* const> constraints,
-            const BodyLines& bodies, double h) {
-    pack(executor, constraints, bodies, h, [](const BlockRun&) {});
+  void pack(Executor& executor, const ContactKernels& kernels,
+            std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h) {
+    pack(executor, kernels, constraints, bodies, h, [](const BlockRun&) {});
   }
   /// Arms of contacts with kinematic bodies that spin: to where the contacts are by now.
   void follow_driven(const BodyLines& bodies);
@@ -49,24 +50,9 @@ class ContactBlocks {
   /// Leaves of their impulses this part, by island.
   void scale_struck(Executor& executor, const ContactKernels& kernels,
                     std::span<const double> shares, const BodyLines& bodies);
-  /// The forces of the last sub-step, separations and effective masses. Calls `f(part, c)` for each
-  /// constraint when it has them; parts as below.
-  template <class F>
-  void unpack(Executor& executor, double h, const F& f) const {
-    in_parts(executor, [&](std::size_t part, const BlockRun& run) {
-      for (const ContactBlock& block : blocks_of(run)) {
-        for (int lane = 0; lane < kBlockLanes; ++lane) {
-          if (block.source[lane] < 0) continue;
-          ContactConstraint& c = *sources_[static_cast<std::size_t>(block.source[lane])];
-          take_results(block, lane, h, c);
-          f(part, c);
-        }
-      }
-    });
-  }
-  void unpack(Executor& executor, double h) const {
-    unpack(executor, h, [](std::size_t, ContactConstraint&) {});
-  }
+  /// The forces of the last sub-step, separations and effective masses, and what presses. Returns
+  /// the largest sag of what lasts, m.
+  double unpack(Executor& executor, const ContactKernels& kernels, const BlockTaking& taking);
 
   /// Calls `f(run)` with parts of all runs: colour after colour, those of one colour side by side.
   template <class F>
@@ -158,8 +144,8 @@ class ContactBlocks {
   void find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
   void expect(const ContactBlock& block, int points) const;
-  void fill(ContactBlock& block, const BodyLines& bodies, double h);
-  static void take_results(const ContactBlock& block, int lane, double h, ContactConstraint& c);
+  void fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
+            const BodyLines& bodies, double h);
   void note_places(const BodyLines& bodies);
   void note_driven(std::size_t block, int lane, const ContactConstraint& c,
                    const BodyLines& bodies);
@@ -180,6 +166,10 @@ class ContactBlocks {
   std::vector<Colour> colours_;
   std::vector<PlacedContact> turning_;
   std::vector<Driven> driven_;
+  struct Sags {
+    alignas(64) ContactBlock::Row by_lane;
+  };
+  std::vector<Sags> sags_;  // by part
 };
 
 }  // namespace cradle

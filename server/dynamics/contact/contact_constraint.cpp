@@ -6,9 +6,14 @@
 namespace cradle {
 
 void tangents(const Vector& n, Vector& t1, Vector& t2) {
-  const Vector helper = std::abs(n.x()) < 0.57 ? Vector::UnitX() : Vector::UnitY();
-  const Vector across = helper.cross(n);
-  t1 = across / across.norm();
+  const double z = n.z();
+  if (std::abs(n.x()) < 0.57) {  // x cross n, or else y cross n
+    const double share = 1 / std::sqrt(n.y() * n.y() + z * z);
+    t1 = {0, -share * z, share * n.y()};
+  } else {
+    const double share = 1 / std::sqrt(n.x() * n.x() + z * z);
+    t1 = {share * z, 0, -share * n.x()};
+  }
   t2 = n.cross(t1);
 }
 

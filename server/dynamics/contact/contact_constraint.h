@@ -59,21 +59,22 @@ struct BodyArrays {
   }
 };
 
-/// What all methods look at comes first, here and below: there are more contacts than a cache
-/// holds.
-struct ConstraintPoint {
-  Vector rA;                                          ///< m
-  double s0 = 0;                                      ///< separation at the tick's start
+// Kernels read and write whole lines of eight numbers of it, here and below: contact_block.h says
+// which.
+struct alignas(64) ConstraintPoint {
+  Vector rA;                  ///< m
+  double s0 = 0;              ///< separation at the tick's start
+  Vector rB;                  ///< m
+  std::uint32_t feature = 0;  ///< as in the manifold
+
   Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
   double force = 0;                                   ///< N: lambda of the last sub-step over it
   double press = 0;     ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
   double K_normal = 0;  ///< 1/kg; until the solver sets it, that of the tick before
-  std::uint32_t feature = 0;  ///< as in the manifold
+  double s = 0;         ///< at the last evaluation
   /// Where it is at rest under the load `rest_load`, whatever the method: newton/hand_over.h.
   double rest_m = 0;
   double rest_load = 0;  ///< m/s^2, as `press`
-  double s = 0;          ///< at the last evaluation
-  Vector rB;             ///< m
 
   // Of contacts that are solved one by one; blocks have their own.
   double lambda = 0;     ///< normal impulse of a sub-step, >= 0
@@ -85,31 +86,34 @@ struct ConstraintPoint {
 };
 
 struct alignas(64) ContactConstraint {
+  Vector n, t1;
+  double friction = 0;
+  double stiffness = 1;  ///< see softness.h
+
+  Vector from_B;                                  ///< m, from B's centre to A's
+  double inverse_mass_A = 0, inverse_mass_B = 0;  ///< 1/kg
+  double restitution = 0;
+  double tolerance_m = 0;  ///< what it may sink in by; 0: the tick's
+  double press = 0;        ///< m/s^2: the largest of its points at the tick's start
+
   std::int32_t a = 0, b = 0;  ///< slots
   int count = 0;
   int carrying = 0;         ///< points with a force at the tick's start
-  bool is_ahead = false;    ///< the arms hold for other attitudes than those of the tick's start
+  bool is_ahead = false;    ///< the arms hold for other attitudes than those of then
   bool is_met = false;      ///< a point without a gap there
   bool is_known = false;    ///< there was one like it in the tick before
   bool has_rested = false;  ///< a point may have a `rest_m` or `rest_load` other than 0
-  double press = 0;         ///< m/s^2: the largest of its points at the tick's start
-  double tolerance_m = 0;   ///< what it may sink in by; 0: the tick's
-  double stiffness = 1;     ///< see softness.h
   double deepest_m = 0;     ///< overlap of its points at the tick's start
-  double restitution = 0;
   double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
-  double friction = 0;
-  std::uint64_t part = 0;                         ///< as in the manifold
-  double inverse_mass_A = 0, inverse_mass_B = 0;  ///< 1/kg
+  std::uint64_t part = 0;                 ///< as in the manifold
   /// 1/(kg m^2), in W, at the attitudes for which the arms hold. Owned by whoever made this.
   const Matrix *inverse_inertia_A = nullptr, *inverse_inertia_B = nullptr;
-  Vector n, t1, t2;
-  Vector from_B;                   ///< m, from B's centre to A's
+  Vector t2;
   Vector torque = Vector::Zero();  ///< N m, in W, on B: of rolling and torsional friction
-  std::array<ConstraintPoint, kManifoldPoints> points;
   /// From the attitudes at the tick's start to those for which the arms hold; none unless
   /// `is_ahead`.
   Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
+  std::array<ConstraintPoint, kManifoldPoints> points;
 
   bool turns_heavily() const { return rolling_m > 0 || torsional_m > 0; }
   std::span<ConstraintPoint> used() { return {points.data(), static_cast<std::size_t>(count)}; }

@@ -25,6 +25,8 @@
 // Order as soft_step.cpp. Cost, see there.
 #pragma once
 
+#include "server/dynamics/contact/body_lanes.h"
+#include "server/dynamics/contact/constraint_lanes.h"
 #include "server/dynamics/contact/contact_audit.h"
 #include "server/dynamics/contact/contact_masses.h"
 
@@ -278,7 +280,9 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V>& b
       const V old_1 = at<V>(c.lambda_1[i], lane), old_2 = at<V>(c.lambda_2[i], lane);
       const V f1 = old_1 - yields * v1, f2 = old_2 - yields * v2;
       const V limit = friction * at<V>(c.lambda[i], lane), size2 = f1 * f1 + f2 * f2;
-      const V scale = size2 > limit * limit ? limit / root<V>(size2) : fill<V>(1);
+      V scale = fill<V>(1);
+      const auto slides = size2 > limit * limit;
+      if (any<V>(slides)) scale = slides ? limit / root<V>(size2) : scale;  // waits for two series
       const V new_1 = is_done ? old_1 : scale * f1, new_2 = is_done ? old_2 : scale * f2;
       store(c.lambda_1[i] + lane, new_1);
       store(c.lambda_2[i] + lane, new_2);
@@ -346,6 +350,18 @@ CRADLE_LANES void by_kind(const BlockRun& run, F&& f) {
 
 template <class V>
 struct Passes {
+  static void gather(const BlockRun& run, const BlockFilling& filling) {
+    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](ContactBlock& c, int lane)
+                            CRADLE_LAMBDA { fill_lanes<V, kind.kPoints>(c, lane, filling); });
+    });
+  }
+  static void scatter(const BlockRun& run, const BlockTaking& taking, double* sag) {
+    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](const ContactBlock& c, int lane)
+                            CRADLE_LAMBDA { take_lanes<V, kind.kPoints>(c, lane, taking, sag); });
+    });
+  }
   static void prepare(const BlockRun& run) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane)
@@ -410,8 +426,10 @@ struct Passes {
 template <class V>
 constexpr ContactKernels contact_kernels() {
   using P = Passes<V>;
-  return {kLanes<V>, P::prepare, P::warm_start, P::repeat, P::scale,
-          P::solve,  P::relax,   P::judge,      P::work};
+  using B = BodyPasses<V>;
+  return {kLanes<V>, B::load,    B::look,    B::move,       B::average,
+          P::gather, P::scatter, P::prepare, P::warm_start, P::repeat,
+          P::scale,  P::solve,   P::relax,   P::judge,      P::work};
 }
 
 }  // namespace

@@ -118,11 +118,8 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
 }
 
 void SoftBatch::take_results(double give) {
-  sag_m_ = 0;
-  sags_.assign(blocks_.parts(), 0);
-  blocks_.unpack(*executor_, step_.h,
-                 [&](std::size_t part, ContactConstraint& c) { press(c, give, sags_[part]); });
-  for (const double sag : sags_) sag_m_ = std::max(sag_m_, sag);
+  sag_m_ = blocks_.unpack(*executor_, *kernels_,
+                          {step_.h, kPressGrowth, kPressDecay, kPressExcess, give});
   for (ContactConstraint* c : singles_) {
     for (ConstraintPoint& p : c->used()) {
       p.force = p.lambda / step_.h;
@@ -134,7 +131,7 @@ void SoftBatch::take_results(double give) {
 
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  blocks_.pack(*executor_, constraints, bodies_, step_.h,
+  blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h,
                [this](const BlockRun& run) { kernels_->prepare(run); });
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {

@@ -61,7 +61,6 @@ class SoftBatch {
   Impacts impacts_;
   std::vector<ContactWork> works_;  // by part of the blocks
   std::vector<ContactTally> tallies_;
-  std::vector<double> sags_;  // m, by part of the blocks
   double paid_J_ = 0, sag_m_ = 0;
   ContactResidual residual_;
   ContactBalance balance_;

@@ -33,6 +33,16 @@ namespace {
 constexpr std::array kSubSteps{4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64};
 static_assert(kSubSteps.size() <= kSubStepChoices);
 
+/// By sub-steps that are asked for: the first choice that has as many, if any has.
+constexpr auto kFirstOfAtLeast = [] {
+  std::array<std::uint8_t, kSubSteps.back() + 1> first{};
+  for (std::size_t asked = 1; asked < first.size(); ++asked) {
+    first[asked] = first[asked - 1];
+    if (kSubSteps[first[asked]] < static_cast<int>(asked)) ++first[asked];
+  }
+  return first;
+}();
+
 /// Contacts of an island that ask for so many sub-steps each.
 using Demands = std::array<int, kSubSteps.size()>;
 
@@ -98,7 +108,7 @@ class SoftStep final : public SoftSolver {
   /// What there is to know of each constraint by itself.
   struct Look {
     double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
-    bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven;
+    bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven, has_rested;
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyArrays& arrays, double dt) {
@@ -116,7 +126,8 @@ class SoftStep final : public SoftSolver {
                    c.is_met,
                    c.is_known,
                    c.carrying > 0 && c.carrying<c.count, c.deepest_m> deep_m,
-                   is_driven(c.a) || is_driven(c.b)};
+                   is_driven(c.a) || is_driven(c.b),
+                   c.has_rested};
     });
   }
 
@@ -127,6 +138,7 @@ class SoftStep final : public SoftSolver {
     excess_.assign(islands_.count(), 0);
     pasts_.assign(islands_.count(), Past::none);
     lies_askew_.assign(islands_.count(), 0);
+    has_rested_ = false;
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
       ++sizes_[islands_.of(static_cast<std::int32_t>(k))];
     }
@@ -136,6 +148,7 @@ class SoftStep final : public SoftSolver {
       has_past_[island] |= look.was_pressed;
       if (look.is_known) pasts_[island] = Past::lasts;
       lies_askew_[island] |= look.is_askew;
+      has_rested_ |= look.has_rested;
       excess_[island] += look.is_deep ? 3 : -1;
     }
   }
@@ -237,9 +250,8 @@ class SoftStep final : public SoftSolver {
       double press = look.press;
       if (has_past_[island] == 0) press *= sizes_[island];
       asked_[k] = std::sqrt(square * press);
-      std::uint8_t choice = 0;
-      while (choice + 1U < kSubSteps.size() && kSubSteps[choice] < asked_[k]) ++choice;
-      choices_[k] = choice;
+      choices_[k] = kFirstOfAtLeast[static_cast<std::size_t>(
+          std::ceil(std::min(static_cast<double>(kSubSteps.back()), asked_[k])))];
     });
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (choices_[k] == kNoChoice) continue;
@@ -279,7 +291,8 @@ class SoftStep final : public SoftSolver {
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
       for_each_index(*tick.executor, constraints.size(), kChunk, [&](std::size_t k) {
         const std::size_t i = islands_.of_constraint(k);
-        constraints[k]->stiffness = std::clamp(asked_[k] / sub_steps_[i], 1.0, stiffest_[i]);
+        const double stiffness = std::min(asked_[k] / sub_steps_[i], stiffest_[i]);
+        if (stiffness > 1) constraints[k]->stiffness = stiffness;  // of few
       });
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
@@ -386,6 +399,7 @@ class SoftStep final : public SoftSolver {
 
   /// What has been at rest elsewhere than the surfaces touch is so for the sub-steps, too.
   void set_gaps(Executor& executor, std::span<ContactConstraint* const> chosen, double give) {
+    if (!has_rested_) return;
     if (gaps_.size() < chosen.size()) gaps_.resize(chosen.size());
     has_moved_.resize(chosen.size());
     for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
@@ -401,6 +415,7 @@ class SoftStep final : public SoftSolver {
     });
   }
   void reset_gaps(Executor& executor, std::span<ContactConstraint* const> chosen) {
+    if (!has_rested_) return;
     for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
       if (has_moved_[k] == 0) return;
       ContactConstraint& c = *chosen[k];
@@ -452,6 +467,7 @@ class SoftStep final : public SoftSolver {
   std::vector<double> gives_;   // s^2, by island
   std::vector<std::array<double, kManifoldPoints>> gaps_;  // m, of a batch: s0 of its points
   std::vector<std::uint8_t> has_moved_;                    // likewise: some s0 are others
+  bool has_rested_ = false;                                // a constraint has, anywhere
   std::vector<Batch> batches_;
   std::vector<std::size_t> batch_of_;  // by island
   // Sorted by batch.

@@ -41,7 +41,7 @@ CRADLE_LANES bool note_changes(const BodyRun& run, int k, const Triple<V>& dv, c
                                const Triple<V>& v, const Triple<V>& w, double smooth_s) {
   const V smooth2 = smooth_s * smooth_s * load<V>(run.pull2 + k);
   const V gyration2 = load<V>(run.gyration2 + k);
-  const auto is_struck = (dot(dv, dv) > smooth2) | (gyration2 * dot(dw, dw) > smooth2);
+  const auto is_struck = larger<V>(dot(dv, dv), gyration2 * dot(dw, dw)) > smooth2;
   store(run.struck + k, is_struck ? fill<V>(1) : V{});
   const V of_v = dot(dv, dv + 2 * v), of_w = dot(dw, dw + 2 * w);
   store(run.gains + k, 0.5 * load<V>(run.mass + k) * (of_v + gyration2 * of_w));
@@ -76,8 +76,8 @@ CRADLE_LANES void move_lanes(const BodyRun& run, int k, double h, double smooth_
   const Triple<V> dv = now.linear() - v, dw = now.angular() - w;
   const V smooth2 = smooth_s * smooth_s * load<V>(run.mean_pull2 + k);
   const auto is_smooth = dot(dv, dv) <= smooth2;
-  const auto turns_smoothly =
-      is_smooth & (load<V>(run.mean_gyration2 + k) * dot(dw, dw) <= smooth2);
+  const V turning2 = load<V>(run.mean_gyration2 + k) * dot(dw, dw);
+  const auto turns_smoothly = is_smooth & (turning2 <= smooth2);
   store_run(run.motions + k, motion.linear() + h * select(is_smooth, v + 0.5 * dv, now.linear()),
             motion.angular() + h * select(turns_smoothly, w + 0.5 * dw, now.angular()));
 }

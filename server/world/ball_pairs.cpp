@@ -59,7 +59,7 @@ double reach_of_boxes(const World::State& s) {
   const Ballistic& balls = s.balls;
   const double deviation = std::max(kSpreads * balls.spread, balls.grid.speed_max());
   const Vector way = s.dt * balls.v_mean.cwiseAbs() + 0.5 * s.dt * s.dt * s.gravity_W.cwiseAbs();
-  const double r = balls.grid.radius_max() + s.dt * deviation + kSpeculativeMargin_m;
+  const double r = balls.grid.radius_max() + s.dt * deviation + s.margin_max;
   constexpr double kRounding = 1 + 1e-9;
   return kRounding * (r + way.maxCoeff());
 }
@@ -133,15 +133,34 @@ void put_balls_in_boxes(World::State& s) {
 }
 
 void add_pairs_of_bound_balls(World::State& s) {
-  const Ballistic& balls = s.balls;
+  Ballistic& balls = s.balls;
   const double reach = reach_of_boxes(s);
+  std::vector<std::int32_t>& struck = balls.struck;
+  struck.clear();
+  for (std::size_t k = 0; k < balls.slots.size() && s.fast.any; ++k) {
+    if (balls.events.balls[k].impacts > 0) struck.push_back(static_cast<std::int32_t>(k));
+  }
+  const auto is_fast = [&](std::int32_t number) {
+    return s.fast.is_fast[index(balls.slots[index(number)])] != 0;
+  };
   for (std::size_t k = 0; k < balls.slots.size(); ++k) {
     if (balls.is_out[k] == 0) continue;
     const auto ball = static_cast<std::int32_t>(k);
-    for_each_ball_in(s, box_of_ball(s, balls.events.balls[k]), reach, [&](std::int32_t other) {
-      if (other <= ball || balls.is_out[index(other)] == 0) return;
-      s.pairs.push_back({balls.slots[k], balls.slots[index(other)]});
+    const auto pass = [&](std::int32_t other) {
+      if (!is_fast(ball) && !is_fast(other)) return;
+      balls.passed_by.push_back(in_order(balls.slots[k], balls.slots[index(other)]));
+    };
+    const Aabb box = box_of_ball(s, balls.events.balls[k]);
+    for_each_ball_in(s, box, reach, [&](std::int32_t other) {
+      if (balls.is_out[index(other)] == 0) {
+        if (balls.events.balls[index(other)].impacts == 0) pass(other);
+      } else if (other > ball) {
+        s.pairs.push_back({balls.slots[k], balls.slots[index(other)]});
+      }
     });
+    for (const std::int32_t other : struck) {
+      if (box.overlaps(s.boxes[index(balls.colliders[index(other)])])) pass(other);
+    }
   }
   s.balls.sorter.sort(s.bodies.size(), s.pairs);
 }

@@ -14,7 +14,8 @@ void part_balls(World::State& s, Executor& executor);
 void find_pairs_beside_balls(World::State& s, Executor& executor);
 /// Gives the balls that are apart the boxes that they would have if they were not.
 void put_balls_in_boxes(World::State& s);
-/// Balls that are apart and take no part: adds the pairs that they are with each other.
+/// Balls that are apart and take no part: adds the pairs that they are with each other; and, where
+/// one of the two is fast, takes note of those with balls that fly past (`Ballistic::passed_by`).
 void add_pairs_of_bound_balls(World::State& s);
 
 }  // namespace cradle

@@ -380,7 +380,7 @@ Aabb box_of_ball(const World::State& s, const Ball& ball) {
   const Ballistic& balls = s.balls;
   const double expected = kSpreads * balls.spread, own2 = (ball.v - balls.v_mean).squaredNorm();
   const double deviation = own2 > expected * expected ? std::sqrt(own2) : expected;
-  const Vector r = Vector::Constant(ball.radius + s.dt * deviation + kSpeculativeMargin_m);
+  const Vector r = Vector::Constant(ball.radius + s.dt * deviation + s.margin_max);
   const Vector way = s.dt * balls.v_mean + 0.5 * s.dt * s.dt * s.gravity_W;
   return {ball.x + way.cwiseMin(0.0) - r, ball.x + way.cwiseMax(0.0) + r};
 }

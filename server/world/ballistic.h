@@ -61,6 +61,7 @@ struct Ballistic {
   std::vector<std::int32_t> colliders;  ///< by number: place in `World::State::colliders`
   Others others;                        ///< that can collide
   std::vector<BodyPair> met;            ///< of balls that may meet, by number
+  std::vector<std::int32_t> struck;     ///< balls with impacts, by number; where any body is fast
   PairSorter sorter;
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }

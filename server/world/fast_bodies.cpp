@@ -106,11 +106,12 @@ void collide_ahead(World::State& s, const Meeting& meeting) {
   const Pose X_WB = moved(meeting.B, s.poses[b], meeting.time);
   const Collider A{s.bodies.shape[a], X_WA, s.geometry(a)};
   const Collider B{s.bodies.shape[b], X_WB, s.geometry(b)};
+  const double margin = std::max(s.margins[a], s.margins[b]);
   if (CompositePair* composite = composite_of(s, meeting.pair)) {
-    add_manifolds(A, B, kSpeculativeMargin_m, composite->manifolds, s.methods());
+    add_manifolds(A, B, margin, composite->manifolds, s.methods());
     return;
   }
-  s.manifolds[meeting.pair] = s.methods().collide(A, B, kSpeculativeMargin_m);
+  s.manifolds[meeting.pair] = s.methods().collide(A, B, margin);
 }
 
 }  // namespace
@@ -276,7 +277,8 @@ void list_fast(World::State& s, std::size_t i) {
   fast.w_start.push_back(s.bodies.w[i]);
 }
 
-Aabb box_over_tick(World::State& s, std::size_t i, double margin) {
+Aabb box_over_tick(World::State& s, std::size_t i) {
+  const double margin = s.margins[i];
   if (s.bodies.kind[i] != BodyKind::fixed && !is_slow(s, i)) {
     const Path path = expected(s, i);
     if (note_if_fast_on(s, i, path)) return swept(box_of_path(s, i, path), Vector::Zero(), margin);

@@ -67,7 +67,7 @@ double nearer_by_turning(const World::State& s, std::size_t i);
 /// Takes note if a body is fast; of that body alone, so that many may be looked at side by side.
 void note_if_fast(World::State& s, std::size_t slot);
 /// Likewise; and the box of a collider over the tick.
-Aabb box_over_tick(World::State& s, std::size_t slot, double margin);
+Aabb box_over_tick(World::State& s, std::size_t slot);
 /// Then, of those that are, one after the other, ascending.
 void list_fast(World::State& s, std::size_t slot);
 /// Whether two bodies, fast ones among them, touch or will on the ways that they are expected to

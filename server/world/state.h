@@ -42,9 +42,13 @@ struct Touch {
   const Meeting* ahead;  ///< if it is not that of the tick's start, else null
 };
 
-/// Contacts are made this far ahead of touching, m: several times the sag of a resting contact, so
-/// that a body at rest never loses its contacts ("a stack of ten cubes stands").
-inline constexpr double kSpeculativeMargin_m = 0.02;
+/// Contacts are made this far ahead of touching, m, and as far as gravity and velocities bring
+/// bodies nearer in a tick: several times the sag of a resting contact, so that a body at rest
+/// never loses its contacts ("a stack of ten cubes stands").
+inline constexpr double kSpeculativeMargin_m = 2e-3;
+/// Likewise, of bodies less than twice as wide: a blow may throw what it strikes so far in the
+/// same tick, past the middle of what was not near ("what a bullet strikes").
+inline constexpr double kMarginOfThin_m = 0.02;
 
 /// What points without a gap there are at the tick's start.
 struct Overlaps {
@@ -106,6 +110,8 @@ struct World::State {
   std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
   std::vector<double> turns;               ///< m, by slot: nearer_by_turning
+  std::vector<double> margins;             ///< m, by slot: contacts with it are made so far ahead
+  double margin_max = 0;                   ///< m, that there could be
   std::vector<Aabb> boxes;                 ///< of colliders, in their order; not of balls apart
   std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
@@ -170,7 +176,7 @@ struct World::State {
   /// m: contacts of the pair are made this far ahead.
   double margin(const BodyPair& pair) const {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    return kSpeculativeMargin_m + dt * (bodies.v[b] - bodies.v[a]).norm();
+    return std::max(margins[a], margins[b]) + dt * (bodies.v[b] - bodies.v[a]).norm();
   }
   const StoredGeometry* geometry(const Shape& stored) const {
     return geometries[static_cast<std::size_t>(stored.parameters[0]) - 1].get();

@@ -35,6 +35,7 @@ std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 // The step's parts, in the order of the step.
 struct World::Steps {
   static void list_colliders(State& s);
+  static void set_margins(State& s);
   static void find_pairs(State& s, Executor& executor);
   static void find_all_pairs(State& s, Executor& executor);
   static void put_in_box(State& s, std::size_t k);
@@ -113,8 +114,19 @@ void World::Steps::list_colliders(State& s) {
   s.poses.resize(slots);
   s.turned.resize(slots);
   s.turns.assign(slots, 0);
+  s.margins.resize(slots);
   s.inverse_inertia_W.resize(slots);
   forget_slots_of_sleepers(s);
+}
+
+/// How far ahead contacts are made.
+void World::Steps::set_margins(State& s) {
+  const double at_rest = kSpeculativeMargin_m + s.dt * s.dt * s.gravity_W.norm();
+  s.margin_max = std::max(at_rest, kMarginOfThin_m);
+  for (const std::int32_t slot : s.colliders) {
+    const bool is_thin = s.fast.limits[index(slot)].thickness < kMarginOfThin_m;
+    s.margins[index(slot)] = is_thin ? s.margin_max : at_rest;
+  }
 }
 
 /// Boxes that hold each body over the whole tick, and the pairs of them that overlap.
@@ -125,6 +137,7 @@ void World::Steps::find_pairs(State& s, Executor& executor) {
     measure_fast_limits(s);
     list_balls(s);
   }
+  set_margins(s);
   begin_fast_bodies(s);
   begin_balls(s, executor);
   s.planes.clear();
@@ -166,7 +179,7 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   s.turns[i] = nearer_by_turning(s, i);
   s.boxes[k] = {};
   if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
-  s.boxes[k] = box_over_tick(s, i, kSpeculativeMargin_m);
+  s.boxes[k] = box_over_tick(s, i);
 }
 
 /// Of one that could take part in the impacts of this tick. Its frame is that of its shape.

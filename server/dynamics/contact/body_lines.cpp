@@ -1,6 +1,5 @@
 #include "server/dynamics/contact/body_lines.h"
 
-#include <atomic>
 #include <limits>
 
 #include "server/dynamics/contact/contact_kernels.h"
@@ -162,15 +161,13 @@ std::span<const std::int32_t> BodyLines::part_of(const std::vector<std::int32_t>
 }
 
 void BodyLines::integrate_velocities(double h, double smooth_factor) {
-  std::atomic<bool> any = false;
-  for_moving([&](std::int32_t begin, std::int32_t end) {
+  has_struck_ = any_of_moving([&](std::int32_t begin, std::int32_t end) {
     for (const std::int32_t line : part_of(tumbling_, begin, end)) {
       const Vector turned = free_turn(at(states_, line), at(turnings_, line), w(line), h);
       angular(at(loads_, line)) = (turned - w(line)) / h;
     }
-    if (kernels_->load(run(begin, end), h, smooth_factor * h)) any.store(true);
+    return kernels_->load(run(begin, end), h, smooth_factor * h);
   });
-  has_struck_ = any;
 }
 
 void BodyLines::strike(std::int32_t line, const Vector& dv, const Vector& dw, double t) {

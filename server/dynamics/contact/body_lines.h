@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/collision/executor.h"
 #include "server/dynamics/contact/contact_balance.h"
 #include "server/dynamics/contact/contact_block.h"
 #include "server/dynamics/contact/contact_solver.h"
@@ -177,6 +178,18 @@ class BodyLines {
   void for_moving(const F& f) {
     executor_->for_ranges(moving_, kLinesWorthAThread, f);
   }
+  /// Likewise; true if any call said so.
+  template <class F>
+  bool any_of_moving(const F& f) {
+    constexpr std::size_t size = kLinesWorthAThread;
+    const auto count = static_cast<std::size_t>(moving_);
+    says_so_.resize(chunks_of(count, size));
+    for_chunks(*executor_, count, size, [&](std::size_t part, std::size_t begin, std::size_t end) {
+      const bool says_so = f(static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end));
+      says_so_[part] = says_so ? 1 : 0;
+    });
+    return std::ranges::find(says_so_, 1) != says_so_.end();
+  }
   void make_room();
   void begin_line(std::int32_t line, bool rests, const Matrix& inverse_inertia_W);
   /// As one kernel sees these lines.
@@ -220,6 +233,7 @@ class BodyLines {
   std::vector<Debt> debts_;     // by island
   std::vector<double> struck_;  // by line: 1, or 0
   bool has_struck_ = false;
+  std::vector<std::uint8_t> says_so_;  // parts of lines: any_of_moving
   std::vector<BodyLine> repeats_;
   std::vector<double> gains_,
       own_gains_;  // J, of kinetic energy, by line: by repeats; by themselves

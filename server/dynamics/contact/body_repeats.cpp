@@ -11,7 +11,6 @@
 // Where all contacts of an island together give no energy, W is not looked into, and may be above
 // 0: what they all give to each body is known, and costs no pass over them.
 #include <algorithm>
-#include <atomic>
 #include <utility>
 
 #include "server/dynamics/contact/body_lines.h"
@@ -19,11 +18,9 @@
 namespace cradle {
 
 void BodyLines::find_struck(double h, double smooth_factor) {
-  std::atomic<bool> any = false;
-  for_moving([&](std::int32_t begin, std::int32_t end) {
-    if (kernels_->look(run(begin, end), smooth_factor * h)) any.store(true);
+  has_struck_ = any_of_moving([&](std::int32_t begin, std::int32_t end) {
+    return kernels_->look(run(begin, end), smooth_factor * h);
   });
-  has_struck_ = any;
 }
 
 /// J, by what made its velocities from these.

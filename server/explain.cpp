@@ -168,7 +168,10 @@ std::string describe_sub_steps(const Explanation& explanation, const WorldSettin
   for (const SubStepChoice& c : explanation.choices()) {
     add("%9d %8d %8d %12.3g\n", c.sub_steps, c.islands, c.bodies, 1e3 * c.sag_m);
   }
-  if (settings.solver != "soft") {
+  if (settings.solver == "hybrid") {
+    add("1 sub-step: groups at rest, solved at once by Newton's method, or left as they are;\n");
+  }
+  if (settings.solver != "soft" && settings.solver != "hybrid") {
     add("contact solver %s: sub-steps are its own, up to %d in this run, and no sag is foreseen;\n",
         settings.solver.c_str(), explanation.sub_steps_most());
   } else if (settings.sub_steps > 0) {

@@ -22,8 +22,8 @@ struct WorldSettings {
   int balance_every = 8;
   bool balance_flight = false;  ///< bodies that only fly are part of it, too
   int lanes = 0;  ///< bodies that fly side by side: one of machine_lanes(), 0: the most
-  std::string solver = "soft";   ///< a name of solver_names()
-  std::string scheme = "exact";  ///< of bodies in free flight: a name of scheme_names()
+  std::string solver = "hybrid";  ///< a name of solver_names()
+  std::string scheme = "exact";   ///< of bodies in free flight: a name of scheme_names()
   /// The full model: each free body goes through every term of its equations, at four times the
   /// rate that the fastest of them needs. To compare with; `cradled explain` bounds the difference.
   bool is_full = false;

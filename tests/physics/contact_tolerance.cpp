@@ -105,8 +105,16 @@ struct Sag {
   int sub_steps;
 };
 
-Sag rest(const Scene& scene, double tolerance_m) {
+/// All sink in by what soft steps are told to allow; also what lies still.
+WorldSettings soft_settings() {
   WorldSettings how = settings();
+  how.solver = "soft";
+  return how;
+}
+
+Sag rest(const Scene& scene, double tolerance_m, const std::string& solver) {
+  WorldSettings how = settings();
+  how.solver = solver;
   how.contact_tolerance_m = tolerance_m;
   World world(how);
   const std::vector<Resting> contacts = scene.build(world);
@@ -123,12 +131,13 @@ Sag rest(const Scene& scene, double tolerance_m) {
 }  // namespace
 
 TEST_CASE("contacts sink in as far as foretold, and no farther than allowed") {
+  const std::string solver = GENERATE("soft", "hybrid", "newton");
   for (const double tolerance : {5e-4, 5e-3, 1e-4}) {
     for (const Scene& scene : scenes()) {
-      const Sag outcome = rest(scene, tolerance);
-      INFO(scene.name << ", " << 1e3 * tolerance << " mm allowed: " << 1e3 * outcome.expected_m
-                      << " mm expected, " << 1e3 * outcome.measured_m << " mm measured, "
-                      << outcome.sub_steps << " sub-steps");
+      const Sag outcome = rest(scene, tolerance, solver);
+      INFO(solver << ": " << scene.name << ", " << 1e3 * tolerance << " mm allowed: "
+                  << 1e3 * outcome.expected_m << " mm expected, " << 1e3 * outcome.measured_m
+                  << " mm measured, " << outcome.sub_steps << " sub-steps");
       CHECK(outcome.measured_m == Approx(outcome.expected_m).epsilon(0.2));
       if (outcome.sub_steps < 64) CHECK(outcome.measured_m <= 1.01 * tolerance);
     }
@@ -141,7 +150,7 @@ TEST_CASE("a load asks for sub-steps as its square root, and for more where less
                  [mass](World& w) {
                    return tower(w, {{0.5, 1}, {0.5, mass}});
                  }},
-                tolerance)
+                tolerance, "soft")
         .sub_steps;
   };
   // n = dt / (2 pi 0.177) sqrt(a / tolerance), with a = 101 g: 0.0150 s * sqrt(991 / 5e-4) = 21.1
@@ -155,7 +164,7 @@ TEST_CASE("a load asks for sub-steps as its square root, and for more where less
 TEST_CASE("a few heavily loaded contacts of many are made stiffer instead") {
   // 60 cubes on a plank, and one that carries 63 times its mass. By sub-steps alone: 0.0150 s *
   // sqrt(64 g / 5e-4) = 16.8, so 20 with a tenth of the load in reserve. Half of that is enough.
-  World world(settings());
+  World world(soft_settings());
   add_ground(world);
   BodySpec plank = brick({20, 10, 0.1}, {0, 0, 0.1});
   plank.mass_kg = 1000;
@@ -179,7 +188,7 @@ TEST_CASE("a few heavily loaded contacts of many are made stiffer instead") {
 }
 
 TEST_CASE("islands that do not touch have sub-steps of their own") {
-  WorldSettings how = settings();
+  WorldSettings how = soft_settings();
   how.contact_tolerance_m = 5e-4;
   World both(how), one(how);
   const auto cube = [](double x, double z, double mass) {
@@ -205,7 +214,7 @@ TEST_CASE("islands that do not touch have sub-steps of their own") {
 
 TEST_CASE("a body's own tolerance is kept where it touches, and the smaller one counts") {
   const auto rest_on = [](double below_m, double above_m, double ground_m) {
-    World world(settings());  // 0.5 mm
+    World world(soft_settings());  // 0.5 mm
     BodySpec floor = ground();
     floor.contact_tolerance_m = ground_m;
     add(world, floor);

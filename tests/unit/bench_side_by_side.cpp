@@ -109,7 +109,7 @@ TEST_CASE("a comparison is a line of the table, and of CSV a line an engine") {
   const std::string csv = peers_lines(Format::csv, result);
   CHECK(std::ranges::count(csv, '\n') == 3);
   CHECK(commas(csv) == 3 * (commas(header) + 1));  // one in "max speed, m/s"
-  CHECK(csv.find("A12,cradle,soft,") == 0);
+  CHECK(csv.find("A12,cradle,hybrid,") == 0);
   CHECK(csv.find("\nA12,other,7 it,") != std::string::npos);
   CHECK(csv.find(",ok,1\n") != std::string::npos);
   CHECK(csv.find(",crashed: Aborted,\n") != std::string::npos);

@@ -367,6 +367,7 @@ TEST_CASE("bodies with drag are told not to be bounded") {
 
 TEST_CASE("sub-steps are told by groups, with the sag to expect, also of what sleeps by now") {
   Scene scene;
+  scene.settings.solver = "soft";
   BodySpec ground;
   ground.kind = BodyKind::fixed;
   ground.shape = Shape::half_space();
@@ -396,6 +397,17 @@ TEST_CASE("sub-steps are told by groups, with the sag to expect, also of what sl
   const std::string text = to_text(explanation, run, 300);
   CHECK(text.find("       24        1        2") != std::string::npos);
   CHECK(text.find("keep its sag below 0.5 mm") != std::string::npos);
+
+  // By default what lies still is solved at once, and sinks in by next to nothing.
+  scene.settings.solver = WorldSettings{}.solver;
+  SceneRun by_default(scene);
+  Explanation at_rest(by_default);
+  for (int tick = 0; tick < 300; ++tick) at_rest.step(here);
+  REQUIRE(at_rest.choices().size() == 1);
+  CHECK(at_rest.choices().front().sub_steps == 1);
+  CHECK(at_rest.choices().front().sag_m > 0);
+  CHECK(at_rest.choices().front().sag_m < 1e-6);
+  CHECK(to_text(at_rest, by_default, 300).find("1 sub-step: groups at rest") != std::string::npos);
 
   scene.settings.solver = "lcp";
   SceneRun by_lcp(scene);

@@ -225,7 +225,7 @@ TEST_CASE("a wrong scene is refused with file, line and reason") {
       {"[world]\nsub_steps = 65", "x.toml:2: sub_steps: out of range"},
       {"[world]\ngravity_mps2 = [0, 0, 1e5]", "x.toml:2: gravity_mps2: out of range"},
       {"[world]\ngravity_mps2 = [0, 0, inf]", "x.toml:2: gravity_mps2: must be finite"},
-      {"[world]\nsolver = 'magic'", "x.toml:2: solver: \"magic\" is none of soft"},
+      {"[world]\nsolver = 'magic'", "x.toml:2: solver: \"magic\" is none of hybrid"},
       // bodies
       {"[[body]]\nkind = 'solid'",
        "x.toml:2: kind: \"solid\" is none of static, kinematic, dynamic"},

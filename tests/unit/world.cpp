@@ -43,6 +43,8 @@ World busy_world() {
   steps(world, 20);
   world.despawn(std::array{lid, gone});
   steps(world, 30);
+  add(world, brick({0.5, 0.5, 0.5}, {20, 0, 0.5}));  // in contact, and still awake
+  steps(world, 1);
   REQUIRE(state(world, sleeper).asleep);
   return world;
 }

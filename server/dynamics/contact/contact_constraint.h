@@ -31,6 +31,8 @@ struct Poise {
   std::int32_t cool = 0;       ///< ticks until the next attempt
   std::int32_t fails = 0;      ///< attempts in vain since it last moved fast
   std::int32_t sub_steps = 1;  ///< of the soft step, when it was last moved by that
+  /// 1: some contact of it rests elsewhere than it touches (ConstraintPoint::rest_m).
+  std::int32_t has_rested = 0;
 };
 
 /// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.

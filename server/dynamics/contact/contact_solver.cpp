@@ -13,9 +13,9 @@ struct Method {
   const char* name;
   std::unique_ptr<ContactSolver> (*make)();
 };
-constexpr Method kMethods[] = {{"soft", make_soft_step},         {"newton", make_newton_step},
-                               {"accurate", make_accurate_step}, {"hybrid", make_hybrid_step},
-                               {"lcp", make_lcp_step},           {"impulse", make_impulse_step},
+constexpr Method kMethods[] = {{"hybrid", make_hybrid_step},  {"soft", make_soft_step},
+                               {"newton", make_newton_step},  {"accurate", make_accurate_step},
+                               {"lcp", make_lcp_step},        {"impulse", make_impulse_step},
                                {"penalty", make_penalty_step}};
 
 }  // namespace

@@ -25,7 +25,6 @@
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
 #include "server/dynamics/contact/softness.h"
-#include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
 namespace {
@@ -78,9 +77,19 @@ class SoftStep final : public SoftSolver {
   ContactReport advance_some(const ContactTick& tick, const BodyArrays& arrays,
                              std::span<const Matrix> inverse_inertia_W,
                              std::span<ContactConstraint* const> constraints) override {
+    own_islands_.find(tick, arrays.x.size(), constraints);
+    return advance_all(tick, arrays, inverse_inertia_W, constraints, own_islands_);
+  }
+
+  ContactReport advance_all(const ContactTick& tick, const BodyArrays& arrays,
+                            std::span<const Matrix> inverse_inertia_W,
+                            std::span<ContactConstraint* const> constraints,
+                            const TickIslands& islands) override {
     report_ = {};
     if (constraints.empty()) return report_;
-    find_islands(tick, arrays.x.size(), constraints);
+    islands_ = &islands;
+    number_of_bodies_ = tick.moving.size();
+    report_.islands = static_cast<int>(islands.count());
     look_at_all(*tick.executor, constraints, arrays, tick.dt);
     look_at_islands();
     find_ways(tick, arrays);
@@ -98,13 +107,6 @@ class SoftStep final : public SoftSolver {
   }
 
  private:
-  void find_islands(const ContactTick& tick, std::size_t slots,
-                    std::span<ContactConstraint* const> constraints) {
-    islands_.find(tick, slots, constraints);
-    number_of_bodies_ = tick.moving.size();
-    report_.islands = static_cast<int>(islands_.count());
-  }
-
   /// What there is to know of each constraint by itself.
   struct Look {
     double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
@@ -114,7 +116,7 @@ class SoftStep final : public SoftSolver {
                    const BodyArrays& arrays, double dt) {
     const double deep_m = push_speed() * dt;
     const auto is_driven = [&](std::int32_t slot) {
-      return islands_.numbers()[index(slot)] < 0 &&
+      return islands_->numbers()[index(slot)] < 0 &&
              !(arrays.v[index(slot)].isZero(0) && arrays.w[index(slot)].isZero(0));
     };
     looks_.resize(constraints.size());
@@ -133,18 +135,18 @@ class SoftStep final : public SoftSolver {
 
   /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
   void look_at_islands() {
-    has_past_.assign(islands_.count(), 0);
-    sizes_.assign(islands_.count(), 0);
-    excess_.assign(islands_.count(), 0);
-    pasts_.assign(islands_.count(), Past::none);
-    lies_askew_.assign(islands_.count(), 0);
+    has_past_.assign(islands_->count(), 0);
+    sizes_.assign(islands_->count(), 0);
+    excess_.assign(islands_->count(), 0);
+    pasts_.assign(islands_->count(), Past::none);
+    lies_askew_.assign(islands_->count(), 0);
     has_rested_ = false;
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
-      ++sizes_[islands_.of(static_cast<std::int32_t>(k))];
+      ++sizes_[islands_->of(static_cast<std::int32_t>(k))];
     }
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       const Look& look = looks_[k];
-      const std::size_t island = islands_.of_constraint(k);
+      const std::size_t island = islands_->of_constraint(k);
       has_past_[island] |= look.was_pressed;
       if (look.is_known) pasts_[island] = Past::lasts;
       lies_askew_[island] |= look.is_askew;
@@ -155,10 +157,10 @@ class SoftStep final : public SoftSolver {
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
   void find_ways(const ContactTick& tick, const BodyArrays& arrays) {
-    ways_.assign(islands_.count(), 0);
-    accelerations_.assign(islands_.count(), 0);
+    ways_.assign(islands_->count(), 0);
+    accelerations_.assign(islands_->count(), 0);
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
-      const std::size_t island = islands_.of(static_cast<std::int32_t>(k));
+      const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
       const std::size_t slot = index(tick.moving[k]);
       ways_[island] += tick.dt * arrays.v[slot].norm() / sizes_[island];
       accelerations_[island] = std::max(accelerations_[island], arrays.acceleration[slot].norm());
@@ -173,8 +175,8 @@ class SoftStep final : public SoftSolver {
   void find_pasts(const ContactTick& tick, const BodyArrays& arrays,
                   std::span<ContactConstraint* const> constraints) {
     for (const std::int32_t slot : tick.shaken) {
-      if (islands_.numbers()[index(slot)] < 0) continue;
-      Past& past = pasts_[islands_.of(islands_.numbers()[index(slot)])];
+      if (islands_->numbers()[index(slot)] < 0) continue;
+      Past& past = pasts_[islands_->of(islands_->numbers()[index(slot)])];
       if (past == Past::lasts) past = Past::changes;
     }
     bool all_last = true;
@@ -186,27 +188,27 @@ class SoftStep final : public SoftSolver {
     }
     if (all_last) return;
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      Past& past = pasts_[islands_.of_constraint(k)];
+      Past& past = pasts_[islands_->of_constraint(k)];
       if (past == Past::lasts) continue;
-      const double slow = kRestTicks * tick.dt * accelerations_[islands_.of_constraint(k)];
+      const double slow = kRestTicks * tick.dt * accelerations_[islands_->of_constraint(k)];
       if (closing_speed(*constraints[k], arrays) > slow) past = Past::lasts;
     }
   }
 
-  Grouping grouping() const { return {islands_, islands_.numbers(), gives_}; }
+  Grouping grouping() const { return {*islands_, islands_->numbers(), gives_}; }
 
   /// Groups that stay as they are; and those that may come to rest, because nobody drives them.
   void find_resting(const ContactTick& tick, const BodyArrays& arrays,
                     std::span<const Matrix> inverse_inertia_W,
                     std::span<ContactConstraint* const> constraints) {
     settling_.find(tick, arrays, inverse_inertia_W, grouping(), constraints);
-    is_calm_.assign(islands_.count(), 0);
+    is_calm_.assign(islands_->count(), 0);
     for (std::size_t i = 0; i < pasts_.size(); ++i) {
       if (settling_.rests(i)) pasts_[i] = Past::rests;
       is_calm_[i] = ways_[i] == 0 && pasts_[i] != Past::changes ? 1 : 0;
     }
     for (std::size_t k = 0; k < looks_.size(); ++k) {
-      if (looks_[k].is_driven) is_calm_[islands_.of_constraint(k)] = 0;
+      if (looks_[k].is_driven) is_calm_[islands_->of_constraint(k)] = 0;
     }
   }
 
@@ -234,13 +236,13 @@ class SoftStep final : public SoftSolver {
   /// How many contacts of each island ask for each number of sub-steps. Of an island without a past
   /// loads are not known yet: then as if all its bodies lay on one of them.
   void count_demands(const ContactTick& tick) {
-    demands_.assign(islands_.count(), {});
-    least_.assign(islands_.count(), 0);
+    demands_.assign(islands_->count(), {});
+    least_.assign(islands_->count(), 0);
     asked_.resize(looks_.size());
     choices_.resize(looks_.size());
     const double whole = tick.dt / contact_angle();
     for_each_index(*tick.executor, looks_.size(), kChunk, [&](std::size_t k) {
-      const std::size_t island = islands_.of_constraint(k);
+      const std::size_t island = islands_->of_constraint(k);
       const Look& look = looks_[k];
       asked_[k] = 0;
       choices_[k] = kNoChoice;
@@ -255,7 +257,7 @@ class SoftStep final : public SoftSolver {
     });
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (choices_[k] == kNoChoice) continue;
-      const std::size_t island = islands_.of_constraint(k);
+      const std::size_t island = islands_->of_constraint(k);
       ++demands_[island][choices_[k]];
       // What somebody asked for this very contact is not excused.
       if (looks_[k].tolerance_m > 0) {
@@ -284,19 +286,19 @@ class SoftStep final : public SoftSolver {
   }
 
   void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
-    sub_steps_.assign(islands_.count(), tick.sub_steps);
+    sub_steps_.assign(islands_->count(), tick.sub_steps);
     if (tick.sub_steps == 0) {
       count_demands(tick);
-      stiffest_.assign(islands_.count(), 1);
+      stiffest_.assign(islands_->count(), 1);
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
       for_each_index(*tick.executor, constraints.size(), kChunk, [&](std::size_t k) {
-        const std::size_t i = islands_.of_constraint(k);
+        const std::size_t i = islands_->of_constraint(k);
         const double stiffness = std::min(asked_[k] / sub_steps_[i], stiffest_[i]);
         if (stiffness > 1) constraints[k]->stiffness = stiffness;  // of few
       });
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
-    gives_.resize(islands_.count());
+    gives_.resize(islands_->count());
     for (std::size_t i = 0; i < gives_.size(); ++i) gives_[i] = give_of(sub_steps_[i], tick.dt);
   }
 
@@ -320,15 +322,15 @@ class SoftStep final : public SoftSolver {
     for (const int n : choices) {
       for (const Past past : kPasts) batches_.push_back({n, past, 0, 0, 0, 0, 0});
     }
-    batch_of_.resize(islands_.count());
-    for (std::size_t i = 0; i < islands_.count(); ++i) {
+    batch_of_.resize(islands_->count());
+    for (std::size_t i = 0; i < islands_->count(); ++i) {
       const auto choice = std::ranges::lower_bound(choices, sub_steps_[i]) - choices.begin();
       batch_of_[i] = number(static_cast<std::size_t>(choice), pasts_[i]);
       ++batches_[batch_of_[i]].islands;
       batches_[batch_of_[i]].moving_end += static_cast<std::size_t>(sizes_[i]);
     }
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      ++batches_[batch_of_[islands_.of_constraint(k)]].chosen_end;
+      ++batches_[batch_of_[islands_->of_constraint(k)]].chosen_end;
     }
     std::size_t moving = 0, chosen = 0;
     for (Batch& batch : batches_) {  // until now `_end` has a number, from here on the next place
@@ -343,7 +345,7 @@ class SoftStep final : public SoftSolver {
     island_of_moving_.resize(tick.moving.size());
     resting_.resize(tick.moving.size());
     for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-      const std::size_t island = islands_.of(static_cast<std::int32_t>(k));
+      const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
       const std::size_t at = batches_[batch_of_[island]].moving_end++;
       moving_[at] = tick.moving[k];
       island_of_moving_[at] = static_cast<std::int32_t>(island);
@@ -353,7 +355,7 @@ class SoftStep final : public SoftSolver {
     }
     chosen_.resize(constraints.size());
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      chosen_[batches_[batch_of_[islands_.of_constraint(k)]].chosen_end++] = constraints[k];
+      chosen_[batches_[batch_of_[islands_->of_constraint(k)]].chosen_end++] = constraints[k];
     }
   }
 
@@ -366,7 +368,7 @@ class SoftStep final : public SoftSolver {
     tick.sub_steps = batch.sub_steps;
     tick.moving = part(moving_, batch.moving, batch.moving_end);
     tick.islands = part(island_of_moving_, batch.moving, batch.moving_end);
-    tick.islands_count = islands_.count();
+    tick.islands_count = islands_->count();
     tick.resting = part(resting_, batch.moving, batch.moving_end);
     const double give = give_of(tick.sub_steps, tick.dt);
     double sag_m = 0;
@@ -446,7 +448,8 @@ class SoftStep final : public SoftSolver {
   }
 
   ContactReport report_;
-  TickIslands islands_;
+  TickIslands own_islands_;
+  const TickIslands* islands_ = nullptr;
   SoftBatch batch_;
   std::size_t number_of_bodies_ = 0;
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/dynamics/contact/contact_solver.h"
+#include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
 
@@ -11,6 +12,11 @@ class SoftSolver : public ContactSolver {
   virtual ContactReport advance_some(const ContactTick& tick, const BodyArrays& bodies,
                                      std::span<const Matrix> inverse_inertia_W,
                                      std::span<ContactConstraint* const> constraints) = 0;
+  /// As `advance`, with all of a tick's constraints, whose islands are known.
+  virtual ContactReport advance_all(const ContactTick& tick, const BodyArrays& bodies,
+                                    std::span<const Matrix> inverse_inertia_W,
+                                    std::span<ContactConstraint* const> constraints,
+                                    const TickIslands& islands) = 0;
 };
 
 std::unique_ptr<ContactSolver> make_soft_step();

@@ -17,6 +17,8 @@ class TickIslands : public Islands {
 
   /// By slot; -1: does not yield.
   std::span<const std::int32_t> numbers() const { return number_; }
+  /// By number; -1: does not yield.
+  ColouredPair bodies_of_constraint(std::size_t k) const { return pairs_[k]; }
   std::size_t of_constraint(std::size_t k) const {
     return of(pairs_[k].a >= 0 ? pairs_[k].a : pairs_[k].b);
   }

@@ -13,7 +13,8 @@
 // any more: from there on the rounding of places, 1e-15 m, makes no load.
 //
 // An island is given to Newton's method
-//   first: if its bodies are new and something touches already: what falls does not rest;
+//   first: if its bodies are new and something touches already: what falls does not rest; and
+//     nothing is to be pushed out;
 //   keeps: if it was so in the tick before;
 //   takes over: if nothing in it moves, since the soft step has ended its sway at the peak
 //     (settling.h), and nothing is still being pushed out; what slides or rolls on slowly has no
@@ -49,6 +50,7 @@ struct HandOverTolerances {
   /// Of the contact tolerance: deeper than its sag is what soft steps are still pushing out, with
   /// no velocity ("an overlap is pushed out").
   double excess = 0.25;
+  double excess_least = 0.01;  ///< and what is too deep in all, by more than this ("noisy corners")
   int wait_ticks = 10, wait_ticks_max = 320;  ///< after an attempt in vain
 };
 constexpr HandOverTolerances kTolerances;
@@ -57,6 +59,11 @@ constexpr HandOverTolerances kTolerances;
 constexpr int kKeeping = 5, kTakingOver = 20;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+bool has_rest(const ContactConstraint& c) {
+  return std::ranges::any_of(
+      c.used(), [](const ConstraintPoint& p) { return p.rest_m != 0 || p.rest_load != 0; });
+}
 
 }  // namespace
 
@@ -72,6 +79,8 @@ void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const Ti
   }
   facts_.assign(islands.count(), {});
   carries_.assign(moving_.size(), 0);
+  has_rested_.assign(moving_.size(), 0);
+  may_have_rested_.resize(moving_.size());
   tolerance_m_ = tick.tolerance_m;
   look_at_bodies();
   look_at_contacts(tick, constraints);
@@ -87,6 +96,7 @@ void HandOver::look_at_bodies() {
     facts.speed_mps = std::max(facts.speed_mps, speed);
     facts.is_new |= poise.method == Poise::none;
     facts.was_soft |= poise.method == Poise::soft;
+    may_have_rested_[k] = poise.method == Poise::newton || poise.has_rested != 0 ? 1 : 0;
     facts.cool = std::max(facts.cool, poise.cool);
     facts.fails = std::max(facts.fails, poise.fails);
     facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
@@ -97,26 +107,30 @@ void HandOver::look_at_bodies() {
 void HandOver::look_at_contacts(const ContactTick& tick,
                                 std::span<ContactConstraint* const> constraints) {
   for (std::size_t k = 0; k < constraints.size(); ++k) {
-    ContactConstraint& c = *constraints[k];
     Facts& facts = facts_[islands_->of_constraint(k)];
+    if (!may_rest(facts) && !may_have_rested(k)) continue;  // soft, as before
+    ContactConstraint& c = *constraints[k];
     facts.is_barred |= c.turns_heavily() || c.is_ahead;
     double nearest_m = kTolerances.touch_m * 2;
     for (const ConstraintPoint& p : c.used()) nearest_m = std::min(nearest_m, p.s0);
     facts.nearest_m = std::min(facts.nearest_m, nearest_m);
     look_at_rest(c);
+    if (has_rest(c)) mark(c, has_rested_);
     const double give = give_of(facts.sub_steps, tick.dt);
-    if (c.carrying > 0 || nearest_m <= kTolerances.touch_m) mark_carrying(c);
+    if (c.carrying > 0 || nearest_m <= kTolerances.touch_m) mark(c, carries_);
     for (const ConstraintPoint& p : c.used()) {
       const double sag = give * p.force * p.K_normal;
-      facts.is_deep |= p.gap(give) + sag < -kTolerances.excess * tolerance_m(c);
+      const double spare =
+          std::max(tolerance_m(c) - sag, kTolerances.excess_least * tolerance_m(c));
+      facts.is_deep |= p.gap(give) + sag < -std::min(spare, kTolerances.excess * tolerance_m(c));
     }
   }
 }
 
-void HandOver::mark_carrying(const ContactConstraint& c) {
+void HandOver::mark(const ContactConstraint& c, std::vector<std::uint8_t>& bodies) const {
   for (const std::int32_t slot : {c.a, c.b}) {
     const std::int32_t k = islands_->numbers()[index(slot)];
-    if (k >= 0) carries_[index(k)] = 1;
+    if (k >= 0) bodies[index(k)] = 1;
   }
 }
 
@@ -146,15 +160,22 @@ void HandOver::look_at_rest(ContactConstraint& c) const {
   }
 }
 
+/// As far as its bodies tell.
+bool HandOver::may_rest(const Facts& facts) {
+  return facts.cool == 0 && facts.speed_mps <= kTolerances.hit_mps &&
+         (!facts.was_soft || facts.speed_mps == 0);
+}
+
+bool HandOver::may_have_rested(std::size_t constraint) const {
+  const auto [a, b] = islands_->bodies_of_constraint(constraint);
+  return (a >= 0 && may_have_rested_[index(a)] != 0) || (b >= 0 && may_have_rested_[index(b)] != 0);
+}
+
 HandOver::Choice HandOver::choose(const Facts& facts) {
-  if (facts.is_barred || facts.cool > 0 || facts.speed_mps > kTolerances.hit_mps) {
-    return Choice::soft;
-  }
-  if (facts.was_soft) {
-    const bool rests = facts.speed_mps == 0 && !facts.is_deep;
-    return rests ? Choice::takes_over : Choice::soft;
-  }
-  if (!facts.is_new) return Choice::keeps;
+  if (!may_rest(facts) || facts.is_barred) return Choice::soft;
+  if (!facts.was_soft && !facts.is_new) return Choice::keeps;
+  if (facts.is_deep) return Choice::soft;
+  if (facts.was_soft) return Choice::takes_over;
   return facts.nearest_m <= kTolerances.touch_m ? Choice::first : Choice::soft;
 }
 
@@ -205,13 +226,24 @@ void HandOver::thaw(const Island& island) {
   }
 }
 
+void HandOver::let_go(ContactConstraint& c) {
+  if (!was_held(c)) return;
+  freeze(c);
+  mark(c, has_rested_);
+  for (ConstraintPoint& p : c.used()) {
+    if (p.rest_m < -tolerance_m(c)) p.rest_m = p.rest_load = 0;
+  }
+}
+
 void HandOver::let_go(const Island& island) {
-  for (ContactConstraint* c : island.constraints) {
-    if (!was_held(*c)) continue;
-    freeze(*c);
-    for (ConstraintPoint& p : c->used()) {
-      if (p.rest_m < -tolerance_m(*c)) p.rest_m = p.rest_load = 0;
-    }
+  for (ContactConstraint* c : island.constraints) let_go(*c);
+}
+
+void HandOver::let_go_of_soft(std::span<ContactConstraint* const> constraints) {
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    if (choice(islands_->of_constraint(k)) != Choice::soft) continue;
+    if (!may_have_rested(k)) continue;
+    let_go(*constraints[k]);
   }
 }
 
@@ -231,7 +263,7 @@ void HandOver::end() {
   for (std::size_t k = 0; k < moving_.size(); ++k) {
     const Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
     Poise& poise = poises_[index(moving_[k])];
-    poise = {facts.method, facts.cool, facts.fails, poise.sub_steps};
+    poise = {facts.method, facts.cool, facts.fails, poise.sub_steps, has_rested_[k]};
   }
 }
 

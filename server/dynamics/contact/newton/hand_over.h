@@ -28,8 +28,10 @@ class HandOver {
   /// What the soft step carries now is what rests there; and not, if that came to nothing.
   void freeze(const Island& island);
   void thaw(const Island& island);
-  /// Likewise, what Newton's method carried, before the soft step.
+  /// Likewise, what Newton's method carried, before the soft step: of an island, and of all that
+  /// were given to the soft step at once.
   void let_go(const Island& island);
+  void let_go_of_soft(std::span<ContactConstraint* const> constraints);
 
   /// What became of it.
   void note(std::size_t island, bool is_newton, bool is_in_vain);
@@ -47,12 +49,15 @@ class HandOver {
   };
   void look_at_bodies();
   void look_at_contacts(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
-  void mark_carrying(const ContactConstraint& c);
+  bool may_have_rested(std::size_t constraint) const;
+  void let_go(ContactConstraint& c);
+  void mark(const ContactConstraint& c, std::vector<std::uint8_t>& bodies) const;
   bool is_carried(std::int32_t slot) const;
   double tolerance_m(const ContactConstraint& c) const {
     return c.tolerance_m > 0 ? c.tolerance_m : tolerance_m_;
   }
   bool was_held(const ContactConstraint& c) const;
+  static bool may_rest(const Facts& facts);
   void look_at_rest(ContactConstraint& c) const;
   static void freeze(ContactConstraint& c);
   static Choice choose(const Facts& facts);
@@ -64,7 +69,9 @@ class HandOver {
   std::vector<Poise> own_;  // if nobody else keeps them
   std::vector<Facts> facts_;
   std::vector<std::uint8_t> carries_;  // of `moving_`
-  double tolerance_m_ = 0;             // the tick's
+  /// Likewise: some contact rests elsewhere than it touches; before, it may have.
+  std::vector<std::uint8_t> has_rested_, may_have_rested_;
+  double tolerance_m_ = 0;  // the tick's
   struct Rest {
     double m, load;
   };

@@ -30,7 +30,7 @@ class HybridStep final : public IslandStep {
   void choose(std::span<const Matrix> inverse_inertia_W,
               std::span<ContactConstraint* const> constraints) override {
     hand_over_.begin(tick(), arrays(), islands(), constraints);
-    gives_.assign(islands().count(), tick().dt * tick().dt * kHybrid.yield);
+    gives_.assign(islands().count(), give());
     settling_.find(tick(), arrays(), inverse_inertia_W, {islands(), islands().numbers(), gives_},
                    constraints);
     for (std::size_t i = 0; i < islands().count(); ++i) {
@@ -39,8 +39,9 @@ class HybridStep final : public IslandStep {
       fates()[i] = rests ? Fate::rests : choice == Choice::soft ? Fate::soft : Fate::solved;
       if (rests) ++report().islands_at_rest;
       if (rests) hand_over_.note(i, true, false);
-      if (choice == Choice::soft) be_soft(i, false);
+      if (choice == Choice::soft) hand_over_.note(i, false, false);
     }
+    hand_over_.let_go_of_soft(constraints);
     PointResidual& most = report().residual.most;
     most.natural_mps = std::max(most.natural_mps, settling_.unbalanced_mps());
   }
@@ -53,7 +54,8 @@ class HybridStep final : public IslandStep {
         solver().solve_at_rest(bodies(), arrays(), island, tick().dt, hand_over_.iterations(i));
     if (!is_found || !hand_over_.is_slow(island, solver())) {
       if (takes_over) hand_over_.thaw(island);
-      be_soft(i, !is_found);
+      hand_over_.let_go(island);
+      hand_over_.note(i, false, !is_found);
       report().islands_makeshift += is_found ? 0 : 1;
       return false;
     }
@@ -66,11 +68,6 @@ class HybridStep final : public IslandStep {
   /// From there on rounding of places makes no load.
   void keep(std::size_t i) override {
     if (solver().is_still()) hand_over_.freeze(islands_in()[i]);
-  }
-
-  void be_soft(std::size_t i, bool is_in_vain) {
-    hand_over_.let_go(islands_in()[i]);
-    hand_over_.note(i, false, is_in_vain);
   }
 
   void end() override { hand_over_.end(); }

@@ -14,7 +14,7 @@ std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 IslandStep::IslandStep(const IslandSettings& settings)
-    : solver_(settings), soft_(make_soft_solver()) {}
+    : settings_(settings), solver_(settings), soft_(make_soft_solver()) {}
 
 ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arrays,
                                   std::span<const Matrix> inverse_inertia_W,
@@ -22,41 +22,74 @@ ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arr
   report_ = {};
   if (constraints.empty()) return report_;
   tick_ = tick;
+  give_ = settings_.is_always_exact ? 0 : tick.dt * tick.dt * settings_.yield;
   arrays_ = arrays;
   all_.clear();
   for (ContactConstraint& c : constraints) all_.push_back(&c);
-  find_islands();
+  islands_.find(tick_, arrays_.x.size(), all_);
+  report_.islands = static_cast<int>(islands_.count());
   fates_.assign(islands_.count(), Fate::soft);
   choose(inverse_inertia_W, all_);
   if (has(Fate::solved)) {
+    list_solved();
     begin(tick, inverse_inertia_W);
     try_islands();
   }
-  if (!has(Fate::soft) && !has(Fate::rests)) {
+  const bool are_soft = has(Fate::soft), are_solved = has(Fate::solved), rest = has(Fate::rests);
+  if (are_soft && !are_solved && !rest) {
+    add(soft_->advance_all(tick, arrays, inverse_inertia_W, all_, islands_));
+  } else if (are_solved && !are_soft && !rest) {
     finish(tick, all_);
   } else {
     finish_apart(inverse_inertia_W);
   }
-  if (has(Fate::rests)) report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
+  if (are_solved || rest) add_choice();
   end();
   return report_;
 }
 
+void IslandStep::add_choice() {
+  report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
+  if (report_.choices_used == kSubStepChoices) return;
+  SubStepChoice choice{1, static_cast<int>(std::ranges::count_if(fates_, is_at_once)), 0, 0};
+  for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
+    choice.bodies += is_at_once(fates_[island_of_body(k)]) ? 1 : 0;
+  }
+  for (std::size_t k = 0; k < all_.size(); ++k) {
+    if (!is_at_once(fates_[islands_.of_constraint(k)])) continue;
+    choice.sag_m = std::max(choice.sag_m, sag_m(*all_[k]));
+  }
+  report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
+  const auto first = report_.choices.begin(), end = first + report_.choices_used++;
+  *end = choice;
+  std::rotate(first, end, end + 1);
+}
+
+/// Of what rests elsewhere than it touches: as gap() has it (contact_constraint.h).
+double IslandStep::sag_m(const ContactConstraint& c) const {
+  double most = 0;
+  for (const ConstraintPoint& p : c.used()) {
+    if (p.force > 0)
+      most = std::max(most, -p.rest_m + give_ * (p.K_normal * p.force - p.rest_load));
+  }
+  return most;
+}
+
 bool IslandStep::has(Fate fate) const { return std::ranges::find(fates_, fate) != fates_.end(); }
 
-void IslandStep::find_islands() {
-  islands_.find(tick_, arrays_.x.size(), all_);
-  report_.islands = static_cast<int>(islands_.count());
+void IslandStep::list_solved() {
   islands_in_.resize(std::max(islands_in_.size(), islands_.count()));
   for (Island& island : islands_in_) {
     island.slots.clear();
     island.constraints.clear();
   }
   for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
-    islands_in_[island_of_body(k)].slots.push_back(tick_.moving[k]);
+    const std::size_t i = island_of_body(k);
+    if (fates_[i] == Fate::solved) islands_in_[i].slots.push_back(tick_.moving[k]);
   }
   for (std::size_t k = 0; k < all_.size(); ++k) {
-    islands_in_[islands_.of_constraint(k)].constraints.push_back(all_[k]);
+    const std::size_t i = islands_.of_constraint(k);
+    if (fates_[i] == Fate::solved) islands_in_[i].constraints.push_back(all_[k]);
   }
 }
 
@@ -101,12 +134,7 @@ void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint* co
   }
   for (ContactConstraint* c : constraints) c->torque = Vector::Zero();
   bodies_.finish();
-  report_.sub_steps_max = std::max(report_.sub_steps_max, 1);
   report_.body_sub_steps += static_cast<std::int64_t>(tick.moving.size());
-  if (report_.choices_used == kSubStepChoices) return;
-  const auto islands = static_cast<int>(std::ranges::count(fates_, Fate::solved));
-  const auto moving = static_cast<int>(tick.moving.size());
-  report_.choices[report_.choices_used++] = {1, islands, moving, 0};
 }
 
 /// Islands without a solution by the soft step, then the others by theirs.

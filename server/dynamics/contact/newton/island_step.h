@@ -20,8 +20,7 @@ class IslandStep : public ContactSolver {
 
  protected:
   enum class Fate : std::uint8_t { soft, solved, rests };
-  /// Where islands begin; all are soft at first, `fates()` says what is known already: `solved` is
-  /// to be tried.
+  /// All islands are soft at first, `fates()` says what is known already: `solved` is to be tried.
   virtual void choose(std::span<const Matrix> inverse_inertia_W,
                       std::span<ContactConstraint* const> constraints) = 0;
   virtual bool solve(std::size_t island) = 0;
@@ -29,10 +28,12 @@ class IslandStep : public ContactSolver {
   virtual void keep(std::size_t) {}
   virtual void end() {}
 
+  double give() const { return give_; }
   const ContactTick& tick() const { return tick_; }
   const BodyArrays& arrays() const { return arrays_; }
   const BodyLines& bodies() const { return bodies_; }
   const TickIslands& islands() const { return islands_; }
+  /// Of those to be tried, what is in them.
   std::span<Island> islands_in() { return islands_in_; }
   std::size_t island_of_body(std::size_t k) const {
     return islands_.of(static_cast<std::int32_t>(k));
@@ -42,13 +43,17 @@ class IslandStep : public ContactSolver {
   ContactReport& report() { return report_; }
 
  private:
-  void find_islands();
+  void list_solved();
   void begin(const ContactTick& tick, std::span<const Matrix> inverse_inertia_W);
   void try_islands();
   void finish(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
   void finish_apart(std::span<const Matrix> inverse_inertia_W);
   void add(const ContactReport& soft);
+  /// Those that made one step, or none.
+  void add_choice();
+  double sag_m(const ContactConstraint& c) const;
   bool has(Fate fate) const;
+  static bool is_at_once(Fate fate) { return fate != Fate::soft; }
 
   ContactTick tick_;
   BodyArrays arrays_;
@@ -57,6 +62,8 @@ class IslandStep : public ContactSolver {
   BodyLines bodies_;
   TickIslands islands_;
   std::vector<Island> islands_in_;
+  IslandSettings settings_;
+  double give_ = 0;  // s^2: what a load of 1 m/s^2 sinks in by
   IslandSolver solver_;
   std::unique_ptr<SoftSolver> soft_;
   std::vector<Fate> fates_;            // by island

@@ -59,6 +59,8 @@ constexpr Case kCases[] = {
      "kinetic energy, relative", "216 elastic spheres in a closed box"},
     {"A12", "bench_overlap.toml", 1, kTenTicks_s, parting_speed, "max speed, m/s",
      "two cubes that overlap by half"},
+    {"P29", "bench_large_pyramid.toml", 10.0 / 3, kTenTicks_s, horizontal_drift,
+     "max horizontal drift, m", "a pyramid of 5050 cubes, 200 steps"},
     {"S1", "bench_rolling.toml", 4, kTenTicks_s, pushed_from_under, "mean square, (m/s)^2",
      "SimBenchmark: a box pulled from under spheres"},
     {"S1t", "bench_rolling_turned.toml", 4, kTenTicks_s, pushed_from_under, "mean square, (m/s)^2",

@@ -18,6 +18,8 @@ constexpr std::initializer_list<int> kSubSteps{4, 8, 16, 32, 64};
 constexpr std::initializer_list<int> kTolerances_um{5000, 500, 50, 5};
 constexpr std::initializer_list<int> kIterations{10, 20, 50, 100, 300};
 constexpr std::initializer_list<int> kStepsATick{1, 2, 4, 8, 16};
+/// Of methods that have nothing else to be told. Beyond that a wall takes an hour by some.
+constexpr std::initializer_list<int> kStepsOfMethods{1, 2, 4};
 
 template <class Run>
 EngineCurve curve(const Case& which, std::string engine, std::string unit,
@@ -75,25 +77,60 @@ std::string cheapest_cell(std::span<const EngineCurve> curves, const std::string
 }  // namespace
 
 std::vector<const Case*> engine_cases() {
-  return {find_case("T3"), find_case("A4"), find_case("A7"), find_case("A8a"), find_case("A8b")};
+  return {find_case("T3"),  find_case("A4"),  find_case("A7"),
+          find_case("A8a"), find_case("A8b"), find_case("S3")};
 }
+
+namespace {
+
+/// What is sought by sub-steps: of "hybrid", by those of what does not rest.
+void add_stepped(const Case& which, const Scene& scene, const std::string& method, int settings_max,
+                 std::vector<EngineCurve>& curves) {
+  Options options;
+  options.method = method;
+  curves.push_back(
+      curve(which, "cradle " + method, "sub-steps", kSubSteps, settings_max, [&](int setting) {
+        options.sub_steps = setting;
+        return try_run(which, scene, options);
+      }));
+  options.sub_steps.reset();
+  curves.push_back(curve(which, "cradle " + method, "µm of tolerance", kTolerances_um, settings_max,
+                         [&](int setting) {
+                           Scene stated = scene;
+                           stated.settings.sub_steps = 0;
+                           stated.settings.contact_tolerance_m = 1e-6 * setting;
+                           return try_run(which, stated, options);
+                         }));
+}
+
+/// Of one step a tick: with shorter ticks.
+void add_single(const Case& which, const Scene& scene, const std::string& method, int settings_max,
+                std::vector<EngineCurve>& curves) {
+  const double dt_s = 1 / scene.settings.rate_hz;
+  curves.push_back(curve(which, "cradle " + method, "steps a tick", kStepsOfMethods, settings_max,
+                         [&](int setting) {
+                           Options options;
+                           options.method = method;
+                           options.dt_s = dt_s / setting;
+                           Fared fared = try_run(which, scene, options);
+                           fared.row.us_per_tick.mean_us *= setting;
+                           fared.row.us_per_tick.median_us *= setting;
+                           return fared;
+                         }));
+}
+
+}  // namespace
 
 std::vector<EngineCurve> sweep_engines(const Case& which, std::span<const PeerLibrary> libraries,
                                        int settings_max) {
   const Scene scene = scene_of(which);
   std::vector<EngineCurve> curves;
-  curves.push_back(curve(which, "cradle", "sub-steps", kSubSteps, settings_max, [&](int setting) {
-    Options options;
-    options.sub_steps = setting;
-    return try_run(which, scene, options);
-  }));
-  curves.push_back(
-      curve(which, "cradle", "µm of tolerance", kTolerances_um, settings_max, [&](int setting) {
-        Scene stated = scene;
-        stated.settings.sub_steps = 0;
-        stated.settings.contact_tolerance_m = 1e-6 * setting;
-        return try_run(which, stated, {});
-      }));
+  for (const char* method : {"hybrid", "soft"}) {
+    add_stepped(which, scene, method, settings_max, curves);
+  }
+  for (const char* method : {"newton", "accurate", "lcp", "impulse", "penalty"}) {
+    add_single(which, scene, method, settings_max, curves);
+  }
   for (const PeerLibrary& library : libraries) {
     const std::string name(library.name);
     curves.push_back(curve(which, name, "iterations", kIterations, settings_max, [&](int setting) {
@@ -145,11 +182,11 @@ std::string engine_table_lines(const Case& which, std::span<const EngineCurve> c
 }
 
 void write_engine_report(const std::string& folder_name, std::span<const PeerLibrary> libraries,
-                         int settings_max) {
+                         int settings_max, const std::vector<const Case*>& cases) {
   const std::filesystem::path folder(folder_name);
   std::filesystem::create_directories(folder);
   std::string table = engine_table_head();
-  for (const Case* which : engine_cases()) {
+  for (const Case* which : cases) {
     const std::vector<EngineCurve> curves = sweep_engines(*which, libraries, settings_max);
     const std::string name(which->name);
     write_file(folder / (name + ".dat"), data_text(curves));
@@ -157,7 +194,7 @@ void write_engine_report(const std::string& folder_name, std::span<const PeerLib
     table += engine_table_lines(*which, curves);
   }
   write_file(folder / "engines.md", table);
-  for (const Case* which : engine_cases()) plot(folder, std::string(which->name));
+  for (const Case* which : cases) plot(folder, std::string(which->name));
 }
 
 }  // namespace cradle::bench

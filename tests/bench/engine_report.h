@@ -9,7 +9,7 @@
 
 namespace cradle::bench {
 
-/// T3, A4, A7, A8a, A8b.
+/// T3, A4, A7, A8a, A8b, S3.
 std::vector<const Case*> engine_cases();
 
 struct EnginePoint {
@@ -24,7 +24,8 @@ struct EngineCurve {
   std::vector<EnginePoint> points;
 };
 
-/// Cradle with 4 to 64 sub-steps, and with stated tolerances; each library with more iterations,
+/// Cradle by each of its methods, with 4 to 64 sub-steps, with stated tolerances, or with shorter
+/// ticks; each library with more iterations,
 /// and with more steps a tick. Every run in a process of its own. Settings above `settings_max` are
 /// left out.
 std::vector<EngineCurve> sweep_engines(const Case& which, std::span<const PeerLibrary> libraries,
@@ -41,6 +42,7 @@ std::string engine_table_lines(const Case& which, std::span<const EngineCurve> c
 /// Makes the folder and in it, for each case, NAME.dat, NAME.gp and NAME.svg; and engines.md.
 /// Throws as write_precision_report does.
 void write_engine_report(const std::string& folder, std::span<const PeerLibrary> libraries,
-                         int settings_max = 5000);
+                         int settings_max = 5000,
+                         const std::vector<const Case*>& cases = engine_cases());
 
 }  // namespace cradle::bench

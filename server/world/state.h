@@ -111,6 +111,7 @@ struct World::State {
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
   std::vector<double> turns;               ///< m, by slot: nearer_by_turning
   std::vector<double> margins;             ///< m, by slot: contacts with it are made so far ahead
+  double margin_at_rest = 0;               ///< m, of bodies that are not thin
   double margin_max = 0;                   ///< m, that there could be
   std::vector<Aabb> boxes;                 ///< of colliders, in their order; not of balls apart
   std::vector<std::uint8_t> moves;         ///< likewise

@@ -119,9 +119,11 @@ void World::Steps::list_colliders(State& s) {
   forget_slots_of_sleepers(s);
 }
 
-/// How far ahead contacts are made.
+/// How far ahead contacts are made: as before, unless bodies or gravity are new.
 void World::Steps::set_margins(State& s) {
   const double at_rest = kSpeculativeMargin_m + s.dt * s.dt * s.gravity_W.norm();
+  if (!s.renumbered && at_rest == s.margin_at_rest) return;
+  s.margin_at_rest = at_rest;
   s.margin_max = std::max(at_rest, kMarginOfThin_m);
   for (const std::int32_t slot : s.colliders) {
     const bool is_thin = s.fast.limits[index(slot)].thickness < kMarginOfThin_m;

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "server/dynamics/contact/newton/block_kernels.h"
+
 namespace cradle {
 
 struct BlockPair {
@@ -18,6 +20,9 @@ struct BlockPair {
 class BlockCholesky {
  public:
   using Block = Eigen::Matrix<double, 6, 6>;
+
+  /// Of the widest kernels that the machine has, unless it is told to use others.
+  void use(const BlockKernels& kernels) { kernels_ = &kernels; }
 
   /// Which blocks there are beside the diagonal. What it finds it keeps for as long as it is asked
   /// for the same.
@@ -49,6 +54,7 @@ class BlockCholesky {
   void find_rows();
   std::span<const std::int32_t> rows_of(std::size_t column) const;
 
+  const BlockKernels* kernels_ = &block_kernels_of(0);
   std::size_t bodies_ = 0;
   std::vector<BlockPair> pairs_;
   std::vector<std::int32_t> position_;    // by body
@@ -60,6 +66,7 @@ class BlockCholesky {
   std::vector<Place> places_;             // by pair
   std::vector<Block> blocks_, diagonal_;  // of the matrix, then of the factor: the inverse diagonal
   std::vector<std::size_t> target_;       // by row, while a column is worked on
+  std::vector<BlockProduct> products_;    // of an entry
   mutable Eigen::VectorXd ordered_;
 };
 

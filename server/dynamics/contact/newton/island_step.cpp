@@ -83,6 +83,8 @@ void IslandStep::list_solved() {
     island.slots.clear();
     island.constraints.clear();
   }
+  const BlockKernels& kernels = block_kernels_of(tick_.lanes);
+  for (std::size_t i = 0; i < islands_.count(); ++i) islands_in_[i].H.use(kernels);
   for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
     const std::size_t i = island_of_body(k);
     if (fates_[i] == Fate::solved) islands_in_[i].slots.push_back(tick_.moving[k]);

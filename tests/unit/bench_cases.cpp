@@ -16,7 +16,7 @@ TEST_CASE("the scenes of the table have the bodies that they should have") {
       {"A3e", 1},       {"A4", 1},    {"A5", 1},    {"A5t", 1},      {"A6a", 1},
       {"A6b", 1},       {"A7", 20},   {"A8a", 2},   {"A8b", 11},     {"A9", 5},
       {"A9b", 5},       {"A10", 1},   {"A11", 216}, {"A12", 2},      {"S1", 26},
-      {"S1t", 26},      {"S2", 49},   {"S3", 216},  {"S4", 216}};
+      {"S1t", 26},      {"S2", 49},   {"S3", 216},  {"S4", 216},     {"P29", 5050}};
   CHECK(cases().size() == expected.size());
   for (const Case& one : cases()) {
     INFO(one.name);

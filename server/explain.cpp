@@ -169,7 +169,7 @@ std::string describe_sub_steps(const Explanation& explanation, const WorldSettin
     add("%9d %8d %8d %12.3g\n", c.sub_steps, c.islands, c.bodies, 1e3 * c.sag_m);
   }
   if (settings.solver == "hybrid") {
-    add("1 sub-step: groups at rest, solved at once by Newton's method, or left as they are;\n");
+    text += "1 sub-step: groups at rest, solved at once by Newton's method, or left as they are;\n";
   }
   if (settings.solver != "soft" && settings.solver != "hybrid") {
     add("contact solver %s: sub-steps are its own, up to %d in this run, and no sag is foreseen;\n",

@@ -24,7 +24,7 @@
 // Where we differ from the prototype that this is after: that took over what was slower than 1 cm/s
 // for ten ticks, and took away its velocities.
 //
-// Order: exact. Cost: 15 ns a body and a contact.
+// Order: exact. Cost: 15 ns a body, and a contact of what may rest or has rested.
 #include "server/dynamics/contact/newton/hand_over.h"
 
 #include <algorithm>

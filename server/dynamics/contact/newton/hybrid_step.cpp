@@ -11,7 +11,7 @@
 //      same tick, from where bodies were. What was not found is counted, as
 //      ContactReport::islands_makeshift.
 //
-// Cost: at rest 60 ns a manifold; what moves, as the soft step and 15 ns a body and contact.
+// Cost: at rest 60 ns a manifold; what moves, as the soft step and 15 ns a body.
 #include "server/dynamics/contact/newton/hand_over.h"
 #include "server/dynamics/contact/newton/island_step.h"
 #include "server/dynamics/contact/newton/newton_step.h"

@@ -35,7 +35,7 @@ class BoxBatch {
   /// Shapes and poses must last until they are made. `foresight`: m, of two that meet within the
   /// margin, how far beyond it further points are told.
   void add(std::size_t key, const Collider& A, const Collider& B, double margin,
-           double foresight = 0);
+           double foresight = 0, std::uint64_t choice = 0);
   /// Makes the manifolds of the pairs that wait.
   void finish();
 

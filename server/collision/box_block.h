@@ -15,6 +15,9 @@ struct BoxAxesBlock {
   using Row = double[kBoxLanes];
   alignas(64) Row h_A[3], h_B[3];
   Row margin;
+  /// What of the last manifold may be kept, if there are more than four candidates again: a sum of
+  /// 2^c, as `set`, of faces as `faces`; 0: nothing.
+  Row last_set, last_faces;
   // Results, but for the margin that of a lane without a pair is negative.
   Row C[9], t[3];  ///< B as A sees it: columns of C
   Row u[3];        ///< t as B sees it
@@ -35,6 +38,7 @@ struct BoxAxesBlock {
 struct BoxFaceBlock : BoxAxesBlock {
   /// Twice the axis of the box, and 1 more on its upper side.
   Row reference, incident;
+  Row faces;         ///< both and `on_A` in a number above 0
   Row s;             ///< of the reference face
   Row lead;          ///< of its direction over others
   Row until_tilted;  ///< what the boxes may move until the faces are flush no more, if they are;
@@ -53,6 +57,9 @@ struct BoxPairBlock : BoxFaceBlock {
   Row R_A[9], R_B[9];  ///< columns of X_WA.R, X_WB.R
   Row d[3];            ///< from A's centre to B's, in W
 };
+
+/// Of what is chosen: `faces` times 2^12, and `set`.
+inline constexpr unsigned kSetOfChoice = (1u << kBoxCandidates) - 1;
 
 /// Signs of a quadrilateral's corners along e and f, and x and y, in order.
 inline constexpr double kSignX[4] = {1, -1, -1, 1};

@@ -72,7 +72,7 @@ BoxBatch::BoxBatch(MadeManifolds& made, int lanes) : made_(made), kernels_(box_k
 }
 
 void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin,
-                   double foresight) {
+                   double foresight, std::uint64_t choice) {
   const int lane = waiting_++;
   waits_[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
   BoxPairBlock& b = pair_block_;
@@ -83,6 +83,8 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   set(b.R_B, lane, B.X_WB.R.data());
   set(b.d, lane, d.data());
   b.margin[lane] = margin + foresight;
+  b.last_set[lane] = static_cast<double>(choice & kSetOfChoice);
+  b.last_faces[lane] = static_cast<double>(choice >> kBoxCandidates);
   if (waiting_ == kBoxLanes) separate();
 }
 

@@ -73,6 +73,13 @@ constexpr SideBits list_side_bits() {
 constexpr IncidentNames kIncidentNames = list_incident_names();
 constexpr SideBits kSideBits = list_side_bits();
 
+/// As Manifold::choice.
+std::uint64_t choice_of(const BoxFaceBlock& block, int lane) {
+  const auto set = static_cast<std::uint64_t>(static_cast<int>(block.set[lane]));
+  const auto faces = static_cast<std::uint64_t>(static_cast<int>(block.faces[lane]));
+  return faces << kBoxCandidates | set;
+}
+
 }  // namespace
 
 void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifold& manifold) {
@@ -87,6 +94,7 @@ void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifol
   const std::uint32_t face_name = ((on_A ? 0 : kFaces) + number) << 12;
   manifold.normal_W = (on_A ? turn : -turn) * X_WR.R.col(z);
   manifold.lead = block.bears[lane];
+  manifold.choice = choice_of(block, lane);
   int count = 0;
   auto set = static_cast<std::uint32_t>(static_cast<int>(block.set[lane]));
   for (; set != 0; set &= set - 1) {

@@ -13,23 +13,18 @@
 // comes from what it is and not from how it was made, and pairs need no branches; and a corner up
 // to `slack` outside counts as inside, so that flush stacks keep their points and names.
 //
-// Which four of more points: as in four_points.h.
+// Which four of more points: box_choice.h.
 //
 // Loops that are marked stay loops else, and keep all that they index in memory: 5 ns a pair.
 // Cost, see box_box.cpp.
 #pragma once
 
-#include "server/collision/box_block.h"
+#include "server/collision/box_choice.h"
 #include "server/collision/lanes.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
 namespace {
-
-template <class V>
-CRADLE_LANES V endless() {
-  return fill<V>(__builtin_inf());
-}
 
 template <class V, int n>
 CRADLE_LANES void load_all(V (&to)[n], const double (&rows)[n][kBoxLanes], int lane) {
@@ -154,21 +149,6 @@ CRADLE_LANES void separate_lanes(BoxPairBlock& b, int lane) {
 // Face contact, in F.
 
 template <class V>
-struct FacePoints {
-  V x[kBoxCandidates], y[kBoxCandidates], z[kBoxCandidates];
-  V used[kBoxCandidates];  // 1 or 0
-  V inside;
-
-  CRADLE_LANES void set(int c, const Triple<V>& p, const V& is_there, const V& here) {
-    x[c] = p.x;
-    y[c] = p.y;
-    z[c] = p.z;
-    used[c] = is_there;
-    inside = is_there > V{} ? larger<V>(inside, here) : inside;
-  }
-};
-
-template <class V>
 CRADLE_LANES V of_axis(const V& axis, const V& x, const V& y, const V& z) {
   const V first = axis == V{} ? x : y;
   return axis == fill<V>(2) ? z : first;
@@ -244,6 +224,9 @@ CRADLE_LANES void face_each_other(BoxFaceBlock& b, int lane, FacePair<V>& faces)
   faces.slope2 = 1 / (z.z * z.z) - 1;
   store(b.reference + lane, 2 * axis + (to.z >= V{} ? one : V{}));
   store(b.incident + lane, 2 * incident + (is_upper ? one : V{}));
+  store(b.faces + lane, 1 + 2 * axis + (to.z >= V{} ? one : V{}) +
+                            6 * (2 * incident + (is_upper ? one : V{})) +
+                            (on_A ? fill<V>(36) : V{}));
 
   constexpr double kSine = 0.01414;  // where faces are flush no more
   const V most_A = larger<V>(larger<V>(h_A[0], h_A[1]), h_A[2]);
@@ -350,81 +333,6 @@ CRADLE_LANES void set_reference_corners(BoxFaceBlock& b, int lane, const FacePai
   }
 }
 
-/// A candidate c; `bit`: 2^c, or 0 if there is none.
-template <class V>
-struct Chosen {
-  V x, y, bit;
-};
-
-/// The candidate that scores highest: the first of those that score no less than that but for
-/// `tie(highest)`. None if the highest is not above `least`.
-template <class V, class Score, class Tie>
-CRADLE_LANES Chosen<V> choose(const FacePoints<V>& points, const V& least, Score score, Tie tie) {
-  V scores[kBoxCandidates], highest = -endless<V>();
-  for (int c = 0; c < kBoxCandidates; ++c) {
-    const V now = score(c);
-    scores[c] = points.used[c] > V{} ? now : -endless<V>();
-    highest = larger<V>(scores[c], highest);
-  }
-  const V enough = highest - tie(highest);
-  Chosen<V> best{};
-  for (int c = kBoxCandidates - 1; c >= 0; --c) {
-    const auto is_less = scores[c] < enough;
-    best.x = is_less ? best.x : points.x[c];
-    best.y = is_less ? best.y : points.y[c];
-    best.bit = is_less ? best.bit : fill<V>(1 << c);
-  }
-  best.bit = highest > least ? best.bit : V{};
-  return best;
-}
-
-/// The bit, or 0 if it is one of the others.
-template <class V, class... Bits>
-CRADLE_LANES V unless_in(const V& bit, const Bits&... others) {
-  V left = bit;
-  ((left = bit == others ? V{} : left), ...);
-  return left;
-}
-
-/// The deepest, the farthest from it, and those two that then add most area, on both sides if there
-/// are points on both: as four_points.h, but that what adds nothing is left out. Sum of 2^c.
-template <class V>
-CRADLE_LANES V choose_four(const FacePoints<V>& points) {
-  constexpr double kTie = kTolerances.tie_m;
-  const auto p = choose<V>(
-      points, -endless<V>(), [&](int c) CRADLE_LAMBDA { return -points.z[c]; },
-      [](const V&) CRADLE_LAMBDA { return fill<V>(kTie); });
-  const auto q = choose<V>(
-      points, fill<V>(kTie * kTie),
-      [&](int c) CRADLE_LAMBDA {
-        const V dx = points.x[c] - p.x, dy = points.y[c] - p.y;
-        return dx * dx + dy * dy;
-      },
-      [](const V& highest) CRADLE_LAMBDA { return 2 * kTie * root<V>(highest); });
-  const V q_x = q.x - p.x, q_y = q.y - p.y;
-  const V tie = kTie * root<V>(q_x * q_x + q_y * q_y);
-  const auto by_area = [&](const V&) CRADLE_LAMBDA { return tie; };
-  const auto r = choose<V>(
-      points, tie,
-      [&](int c) CRADLE_LAMBDA {
-        return size_of<V>(q_x * (points.y[c] - p.y) - q_y * (points.x[c] - p.x));
-      },
-      by_area);
-  const V r_x = r.x - p.x, r_y = r.y - p.y;
-  const V area = q_x * r_y - q_y * r_x, turn = area < V{} ? fill<V>(-1) : fill<V>(1);
-  const auto s = choose<V>(
-      points, tie,
-      [&](int c) CRADLE_LAMBDA {
-        const V s_x = points.x[c] - p.x, s_y = points.y[c] - p.y;
-        const V of_q = turn * (q_x * s_y - q_y * s_x), of_r = turn * (s_x * r_y - s_y * r_x);
-        return -smaller<V>(smaller<V>(of_q, of_r), turn * area - of_q - of_r);
-      },
-      by_area);
-  // Where all are near to each other one may be chosen twice.
-  return p.bit + unless_in<V>(q.bit, p.bit) + unless_in<V>(r.bit, p.bit, q.bit) +
-         unless_in<V>(s.bit, p.bit, q.bit, r.bit);
-}
-
 template <class V>
 CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
   const V slack = load<V>(b.slack + lane), margin = load<V>(b.margin + lane);
@@ -447,7 +355,7 @@ CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
     set = set + (1 << k) * points.used[k];
     store(b.x[k] + lane, points.x[k]);
     store(b.y[k] + lane, points.y[k]);
-    store(b.z[k] + lane, points.z[k]);
+    store(b.z[k] + lane, points.z[k]);  // before any is chosen
   }
   constexpr double kLevel =
       5e-5;  // raises no point by more than it may be off, however far it slides
@@ -456,7 +364,7 @@ CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
   const V steepness = faces.slope2 < fill<V>(kLevel * kLevel) ? V{} : root<V>(steep2);
   store(b.bears + lane, smaller<V>(kTolerances.kept_slide_m / steepness, points.inside + slack));
   const auto are_many = count > fill<V>(4);
-  if (any<V>(are_many)) set = are_many ? choose_four<V>(points) : set;
+  if (any<V>(are_many)) set = are_many ? choose_four_again<V>(points, b, lane, slack) : set;
   store(b.set + lane, set);
 }
 

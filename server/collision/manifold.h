@@ -29,6 +29,8 @@ struct Manifold {
   /// to rely on. Without: a separation that the shapes have at least, of pairs that
   /// begin at an axis (narrow_phase.h) along the normal; 0: not known.
   double lead = 0;
+  /// Of two boxes with more than four candidates: which four they are, for the next time. 0: none.
+  std::uint64_t choice = 0;
   std::array<ContactPoint, kManifoldPoints> points;
 
   /// A copy of what is used: most pairs have no points.
@@ -37,6 +39,7 @@ struct Manifold {
     normal_W = from.normal_W;
     count = from.count;
     lead = from.lead;
+    choice = from.choice;
     std::copy_n(from.points.begin(), count, points.begin());
   }
 };

@@ -33,12 +33,13 @@ inline bool begins_at_axis(ShapeKind A, ShapeKind B) {
 }
 
 /// What is known of a pair before its manifold is made: for time, not for what comes out, but for
-/// ties of directions.
+/// ties of directions and of points.
 struct PairHints {
   Vector axis_W = Vector::Zero();  ///< unit, from A to B: of the last manifold; zero: not known
   bool was_apart = false;          ///< along that
   bool wants_lead = false;         ///< else the manifold may come without one
   double foresight = 0;            ///< as of BoxBatch; other shapes have none
+  std::uint64_t choice = 0;        ///< of the last manifold: as Manifold::choice
 };
 
 /// Without points, if the two are farther apart than the margin along the axis still that they were
@@ -58,7 +59,7 @@ class Collisions {
   void add(std::size_t key, const Collider& A, const Collider& B, double margin,
            const PairHints& hints = {}) {
     if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
-      boxes_.add(key, A, B, margin, hints.foresight);
+      boxes_.add(key, A, B, margin, hints.foresight, hints.choice);
     } else if (PolytopeBatch::takes(A, B)) {
       polytopes_.add(key, A, B, margin, hints.wants_lead, hints.axis_W);
     } else if (const auto apart =

@@ -50,6 +50,14 @@ struct CollisionTolerances {
   /// "faces that are about to slam together are foreseen".
   double same_place_m = 0.1;
 
+  /// Of the slack, and of the face that meets: the four points that stood for it last time do so
+  /// again while none is deeper than they are by more than this, and they reach so far. Test:
+  /// "heaps of cubes come to rest, or nearly".
+  double last_four_depth = 0.5, last_four_spread = 0.8;
+  /// Of the slack. Points with a gap larger than that of the deepest by more than this carry
+  /// nothing: when four of more are chosen they count so much less. Same test.
+  double carrying_gap = 0.01, gap_weight = 0.01;
+
   /// m. When four of more points are chosen, depths and distances closer than this count as equal,
   /// so that rounding does not choose. Test: "rounding does not choose among eight points".
   double tie_m = 1e-9;

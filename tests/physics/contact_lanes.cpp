@@ -223,7 +223,7 @@ TEST_CASE("points that carry together are solved at once") {
     ContactConstraint& c = tangle.constraints[0];
     for (ConstraintPoint& p : c.used()) p.lambda = 5 * (p.lambda + 0.1);
     Eigen::MatrixXd K(points, points);
-    const Softness soft = softness_of(c.stiffness, kStep.h);
+    const Softness soft = softness_of(kStep.h);
     Eigen::VectorXd rest(points), old(points);
     for (int i = 0; i < points; ++i) {
       const ConstraintPoint& p = c.points[static_cast<std::size_t>(i)];

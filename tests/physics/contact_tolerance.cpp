@@ -161,9 +161,9 @@ TEST_CASE("a load asks for sub-steps as its square root, and for more where less
   CHECK(sub_steps(10'000, 5e-4) == 64);  // 211: nor more
 }
 
-TEST_CASE("a few heavily loaded contacts of many are made stiffer instead") {
+TEST_CASE("a few heavily loaded contacts of many are preloaded instead") {
   // 60 cubes on a plank, and one that carries 63 times its mass. By sub-steps alone: 0.0150 s *
-  // sqrt(64 g / 5e-4) = 16.8, so 20 with a tenth of the load in reserve. Half of that is enough.
+  // sqrt(64 g / 5e-4) = 16.8, so 20 with a tenth of the load in reserve. A third of that is enough.
   World world(soft_settings());
   add_ground(world);
   BodySpec plank = brick({20, 10, 0.1}, {0, 0, 0.1});
@@ -182,7 +182,7 @@ TEST_CASE("a few heavily loaded contacts of many are made stiffer instead") {
                               1 - state(world, above).p_WBo.z + state(world, cube).p_WBo.z);
   CAPTURE(sag, report.sag_expected_m);
   CHECK(report.islands == 1);
-  CHECK(report.sub_steps_max == 10);
+  CHECK(report.sub_steps_max == 7);
   CHECK(sag <= 1.01 * 5e-4);
   CHECK(sag == Approx(report.sag_expected_m).epsilon(0.2));
 }

@@ -227,6 +227,7 @@ void BodyLines::finish() {
       const State& state = at(states_, line);
       const Turning& turning = at(turnings_, line);
       Rotation& q = bodies_.q[state.slot];
+      all(at(velocities_, line)) += AllOfLine::Zero();  // no minus 0: see constraint_lanes.h
       move(state.slot, dp(line));
       bodies_.v[state.slot] = v(line);
       if (!state.turns) continue;

@@ -59,8 +59,8 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& fill
   store3(c.n, lane, n);
   store3(c.t1, lane, t1);
   store(c.friction + lane, r[6]);
-  const V stiffness = r[7], one = fill<V>(1);
-  store(c.sink_share + lane, stiffness > V{} ? 1 / (stiffness * stiffness) : V{});
+  const V one = fill<V>(1), preload = filling.give * r[7];
+  store(c.sink_share + lane, one - r[7]);
   store(c.mass_scale + lane, fill<V>(filling.soft.mass_scale));
   store(c.impulse_scale + lane, fill<V>(filling.soft.impulse_scale));
   store(c.bias_rate + lane, fill<V>(filling.soft.bias_rate));
@@ -74,10 +74,12 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& fill
     arms[i] = {r[0], r[1], r[2]};
     sum = sum + select(is_there, arms[i], Triple<V>{});
     number = number + (is_there ? one : zero);
-    const V s0 = is_there ? r[3] : zero;
+    const V gap = r[3];
+    load_numbers(r, c.lines + lane, begin + Lines::kLoad);
+    const V load = larger<V>(smaller<V>(r[3], r[2] * r[4]) - r[7], zero);  // beyond rest_load
+    const V s0 = is_there ? gap - preload * load : zero;
     store(c.s0[i] + lane, s0);
     store(c.s[i] + lane, s0);
-    load_numbers(r, c.lines + lane, begin + Lines::kLoad);
     store(c.lambda_1[i] + lane, is_there ? filling.h * r[0] : zero);
     store(c.lambda_2[i] + lane, is_there ? filling.h * r[1] : zero);
     store(c.lambda[i] + lane, is_there ? filling.h * r[2] : zero);
@@ -114,8 +116,9 @@ CRADLE_LANES void take_lanes(const ContactBlock& c, int lane, const BlockTaking&
     const V yields = at<V>(c.yields[i], lane);
     V r[kLineDoubles];
     load_numbers(r, c.lines + lane, begin + ConstraintLines::kLoad);
-    r[0] = at<V>(c.lambda_1[i], lane) / taking.h;
-    r[1] = at<V>(c.lambda_2[i], lane) / taking.h;
+    // Of what does nothing, some lanes have no friction, others that of sign minus: plus 0, all.
+    r[0] = at<V>(c.lambda_1[i], lane) / taking.h + V{};
+    r[1] = at<V>(c.lambda_2[i], lane) / taking.h + V{};
     r[2] = at<V>(c.lambda[i], lane) / taking.h;
     r[4] = yields > V{} ? 1 / yields : V{};
     r[5] = at<V>(c.s[i], lane);

@@ -19,7 +19,7 @@ inline constexpr double kImpactHaste = 1e9;
 
 /// What the kernels see of a ContactConstraint: lines of eight numbers, by where they begin.
 struct ConstraintLines {
-  static constexpr int kFrame = 0;   ///< n, t1, friction, stiffness
+  static constexpr int kFrame = 0;   ///< n, t1, friction, preload
   static constexpr int kBodies = 8;  ///< from_B, 1/m of A and of B, restitution
   static constexpr int kPoints = 40, kPointNumbers = 24;  ///< each of them:
   static constexpr int kPlace = 0;                        ///< rA, s0
@@ -51,7 +51,7 @@ struct ContactBlock {
   Row lambda[kBlockPoints];                ///< N s, of a sub-step
   Row lambda_1[kBlockPoints], lambda_2[kBlockPoints];
   Row part;                                     ///< of its impulses: for `repeat` and `scale`
-  Row sink_share;                               ///< 1 / stiffness^2
+  Row sink_share;                               ///< 1 - preload
   double* lines[kBlockLanes];                   ///< of its constraint; zeros where there is none
   std::int32_t a[kBlockLanes], b[kBlockLanes];  ///< lines to read
   std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
@@ -108,13 +108,14 @@ struct ContactWork {
 struct BlockFilling {
   const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz, inverse mass
   double h;                   ///< s, of a sub-step
-  Softness soft;              ///< of stiffness 1
+  Softness soft;
+  double give;  ///< s^2: softness.h
 };
 /// How constraints take their results.
 struct BlockTaking {
   double h;                      ///< s, of a sub-step
   double growth, decay, excess;  ///< of what presses: soft_batch.cpp
-  double give;                   ///< s^2, of stiffness 1
+  double give;                   ///< s^2: softness.h
 };
 
 struct ContactKernels {

@@ -18,6 +18,9 @@ constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
 constexpr std::int32_t kGroupsAColour = kBlockKinds;
 static_assert(std::size(kKinds) == kBlockKinds);
 
+/// Of no colour.
+bool is_serial(std::int32_t group) { return group >= kGroupsAColour * kColours; }
+
 /// Points that all carried last tick, or are all new, are likely to carry together: they are solved
 /// at once, which also keeps a symmetric stack symmetric.
 std::int32_t kind_of(const ContactConstraint& c) {
@@ -25,6 +28,10 @@ std::int32_t kind_of(const ContactConstraint& c) {
   const bool joint = c.carrying == 0 || c.carrying == c.count;
   return (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
 }
+
+/// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
+/// take half the time.
+bool is_idle(const ContactConstraint& c) { return c.carrying == 0 && !c.is_met; }
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
@@ -36,7 +43,7 @@ using Lines = ConstraintLines;
 static_assert(offsetof(ContactConstraint, n) == at(Lines::kFrame, 0));
 static_assert(offsetof(ContactConstraint, t1) == at(Lines::kFrame, 3));
 static_assert(offsetof(ContactConstraint, friction) == at(Lines::kFrame, 6));
-static_assert(offsetof(ContactConstraint, stiffness) == at(Lines::kFrame, 7));
+static_assert(offsetof(ContactConstraint, preload) == at(Lines::kFrame, 7));
 static_assert(offsetof(ContactConstraint, from_B) == at(Lines::kBodies, 0));
 static_assert(offsetof(ContactConstraint, restitution) == at(Lines::kBodies, 5));
 static_assert(offsetof(ContactConstraint, points) == at(Lines::kPoints, 0));
@@ -89,8 +96,9 @@ void ContactBlocks::look_at_all(Executor& executor, std::span<ContactConstraint*
   };
   looks_.resize(constraints.size());
   for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
+    expect_next(constraints, k);
     const ContactConstraint& c = *constraints[k];
-    looks_[k] = {{body(c.a), body(c.b)}, kind_of(c), c.is_ahead, c.turns_heavily()};
+    looks_[k] = {{body(c.a), body(c.b)}, kind_of(c), is_idle(c), c.is_ahead, c.turns_heavily()};
   });
 }
 
@@ -100,6 +108,7 @@ void ContactBlocks::count_groups(std::span<ContactConstraint* const> constraints
   sources_.clear();
   heavy_.clear();
   groups_.clear();
+  is_idle_.clear();
   for (std::size_t k = 0; k < constraints.size(); ++k) {
     const Look& look = looks_[k];
     if (look.is_ahead) continue;
@@ -107,20 +116,24 @@ void ContactBlocks::count_groups(std::span<ContactConstraint* const> constraints
     sources_.push_back(constraints[k]);
     pairs_.push_back(look.bodies);
     groups_.push_back(look.kind);
+    is_idle_.push_back(look.is_idle ? 1 : 0);
   }
   const std::span<const std::uint8_t> colours = colouring_.of(pairs_, bodies.moving());
   counts_.assign(kGroupsAColour * (kColours + 1), 0);
+  busy_.assign(counts_.size(), 0);
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     groups_[k] += kGroupsAColour * colours[k];
+    if (is_serial(groups_[k])) is_idle_[k] = 0;  // with a block each
     ++counts_[index(groups_[k])];
+    busy_[index(groups_[k])] += 1 - is_idle_[k];
   }
 }
 
-/// Room for all; from here on `counts_` holds where a group's next one goes.
+/// Room for all; from here on `busy_` and `counts_` hold where a group's next one goes: the idle
+/// ones after the others.
 void ContactBlocks::make_runs(const BodyLines& bodies) {
-  const auto is_serial = [](std::size_t group) { return group >= kGroupsAColour * kColours; };
   const auto blocks_of = [&](std::size_t group) {
-    const std::int32_t lanes = is_serial(group) ? 1 : kBlockLanes;
+    const std::int32_t lanes = is_serial(static_cast<std::int32_t>(group)) ? 1 : kBlockLanes;
     return (counts_[group] + lanes - 1) / lanes;
   };
   used_ = 0;
@@ -135,9 +148,10 @@ void ContactBlocks::make_runs(const BodyLines& bodies) {
       colours_.push_back({});
     }
     if (counts_[group] == 0) continue;
-    if (colours_.back().runs == 0) colours_.back() = {runs_.size(), 0, 0, is_serial(group)};
+    const bool all = is_serial(static_cast<std::int32_t>(group));
+    if (colours_.back().runs == 0) colours_.back() = {runs_.size(), 0, 0, all};
     const std::span blocks(blocks_.data() + next, index(blocks_of(group)));
-    const bool all = is_serial(group);  // else the last one alone has lanes without a manifold
+    // Else the last one alone has lanes without a manifold.
     for (ContactBlock& block : all ? blocks : blocks.last(1)) {
       clear(block, bodies.nobody(),
             bodies.waste(static_cast<std::size_t>(&block - blocks_.data())));
@@ -147,7 +161,8 @@ void ContactBlocks::make_runs(const BodyLines& bodies) {
     runs_.push_back({blocks.data(), count, kind.points, kind.joint});
     ++colours_.back().runs;
     colours_.back().blocks += count;
-    counts_[group] = next * kBlockLanes;
+    counts_[group] = next * kBlockLanes + busy_[group];
+    busy_[group] = next * kBlockLanes;
     next += count;
   }
 }
@@ -156,10 +171,10 @@ void ContactBlocks::make_runs(const BodyLines& bodies) {
 void ContactBlocks::place() {
   places_.resize(sources_.size());
   for (std::size_t k = 0; k < sources_.size(); ++k) {
-    std::int32_t& next = counts_[index(groups_[k])];
+    std::int32_t& next = (is_idle_[k] != 0 ? counts_ : busy_)[index(groups_[k])];
     places_[k] = next;
     blocks_[index(next / kBlockLanes)].source[next % kBlockLanes] = static_cast<std::int32_t>(k);
-    next += groups_[k] >= kGroupsAColour * kColours ? kBlockLanes : 1;
+    next += is_serial(groups_[k]) ? kBlockLanes : 1;
   }
 }
 
@@ -180,7 +195,7 @@ void ContactBlocks::expect(const ContactBlock& block, int points) const {
     const double* const line = c.n.data();
     __builtin_prefetch(line + Lines::kFrame);
     __builtin_prefetch(line + Lines::kBodies);
-    __builtin_prefetch(&c.count);
+    __builtin_prefetch(&c.a);
     for (int i = 0; i < points; ++i) {
       const double* const point = line + Lines::kPoints + i * Lines::kPointNumbers;
       __builtin_prefetch(point + Lines::kPlace);
@@ -204,16 +219,8 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     block.b_out[lane] = bodies.yields(b) ? b : waste;
     for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
   }
-  kernels.gather({&block, 1, run.points, run.joint}, {bodies.responses(), h, softness_of(1, h)});
-  for (int lane = 0; lane < kBlockLanes; ++lane) {
-    if (block.source[lane] < 0) continue;
-    const double stiffness = sources_[index(block.source[lane])]->stiffness;
-    if (stiffness == 1) continue;
-    const Softness soft = softness_of(stiffness, h);
-    block.mass_scale[lane] = soft.mass_scale;
-    block.impulse_scale[lane] = soft.impulse_scale;
-    block.bias_rate[lane] = soft.bias_rate;
-  }
+  kernels.gather({&block, 1, run.points, run.joint},
+                 {bodies.responses(), h, softness_of(h), give_of(1, h)});
 }
 
 void ContactBlocks::note_places(const BodyLines& bodies) {

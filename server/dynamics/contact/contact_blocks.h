@@ -136,7 +136,7 @@ class ContactBlocks {
   struct Look {
     ColouredPair bodies;
     std::int32_t kind;
-    bool is_ahead, turns_heavily;
+    bool is_idle, is_ahead, turns_heavily;
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
@@ -159,8 +159,9 @@ class ContactBlocks {
   std::vector<std::size_t> heavy_;           // which of them roll or turn with friction
   std::vector<std::int32_t> places_;         // where each is: its block times lanes, plus its lane
   std::vector<std::int32_t> groups_;  // and where they belong: by colour, then number of points
-  std::vector<std::int32_t> counts_;  // of each group
-  std::vector<ContactBlock> blocks_;  // the first `used_` of them
+  std::vector<std::uint8_t> is_idle_;
+  std::vector<std::int32_t> counts_, busy_;  // of each group: all, and those that are not idle
+  std::vector<ContactBlock> blocks_;         // the first `used_` of them
   std::size_t used_ = 0;
   std::vector<BlockRun> runs_;
   std::vector<Colour> colours_;

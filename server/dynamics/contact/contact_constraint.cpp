@@ -55,7 +55,7 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.is_ahead = false;
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
   c.torque = Vector::Zero();
-  c.stiffness = 1;
+  c.preload = 0;
   c.carrying = 0;
   c.is_met = c.is_known = c.has_rested = false;
   tangents(c.n, c.t1, c.t2);

@@ -90,14 +90,16 @@ struct alignas(64) ConstraintPoint {
 struct alignas(64) ContactConstraint {
   Vector n, t1;
   double friction = 0;
-  double stiffness = 1;  ///< see softness.h
+  double preload = 0;  ///< share of a load that lasts by which it does not sink in: soft_step.cpp
 
   Vector from_B;                                  ///< m, from B's centre to A's
   double inverse_mass_A = 0, inverse_mass_B = 0;  ///< 1/kg
   double restitution = 0;
-  double tolerance_m = 0;  ///< what it may sink in by; 0: the tick's
-  double press = 0;        ///< m/s^2: the largest of its points at the tick's start
+  std::uint64_t part = 0;  ///< as in the manifold
+  /// 1/(kg m^2), in W, at the attitudes for which the arms hold. Owned by whoever made this.
+  const Matrix* inverse_inertia_A = nullptr;
 
+  // What methods ask for before they choose: one line.
   std::int32_t a = 0, b = 0;  ///< slots
   int count = 0;
   int carrying = 0;         ///< points with a force at the tick's start
@@ -105,11 +107,12 @@ struct alignas(64) ContactConstraint {
   bool is_met = false;      ///< a point without a gap there
   bool is_known = false;    ///< there was one like it in the tick before
   bool has_rested = false;  ///< a point may have a `rest_m` or `rest_load` other than 0
+  double press = 0;         ///< m/s^2: the largest of its points at the tick's start
+  double tolerance_m = 0;   ///< what it may sink in by; 0: the tick's
   double deepest_m = 0;     ///< overlap of its points at the tick's start
   double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
-  std::uint64_t part = 0;                 ///< as in the manifold
-  /// 1/(kg m^2), in W, at the attitudes for which the arms hold. Owned by whoever made this.
-  const Matrix *inverse_inertia_A = nullptr, *inverse_inertia_B = nullptr;
+
+  const Matrix* inverse_inertia_B = nullptr;
   Vector t2;
   Vector torque = Vector::Zero();  ///< N m, in W, on B: of rolling and torsional friction
   /// From the attitudes at the tick's start to those for which the arms hold; none unless
@@ -123,6 +126,13 @@ struct alignas(64) ContactConstraint {
     return {points.data(), static_cast<std::size_t>(count)};
   }
 };
+
+/// Fetches the line of choices of a constraint a few ahead of the k-th: they are far from each
+/// other in memory, and to wait for one takes longer than to look at it.
+inline void expect_next(std::span<ContactConstraint* const> constraints, std::size_t k) {
+  constexpr std::size_t kAhead = 8;
+  if (k + kAhead < constraints.size()) __builtin_prefetch(&constraints[k + kAhead]->a);
+}
 
 /// Two unit vectors that make a right-handed frame with the unit vector n; smooth in n but for one
 /// switch of the helper axis.

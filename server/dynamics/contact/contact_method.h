@@ -109,6 +109,25 @@ CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame
   }
 }
 
+/// Whether no point of any lane carries, rubs or will: gaps that do not close in the sub-step. What
+/// follows would change nothing then.
+template <class V, int points>
+CRADLE_LANES bool are_idle(const ContactBlock& c, int lane, const V* vn, const V& haste) {
+  auto is_idle = haste == haste;
+  for (int i = 0; i < points; ++i) {
+    const V s = at<V>(c.s[i], lane), yields = at<V>(c.yields[i], lane);
+    const V ahead = s > V{} ? vn[i] + s * haste : fill<V>(-1);
+    is_idle = is_idle & (at<V>(c.lambda[i], lane) == V{}) & ((ahead >= V{}) | (yields == V{}));
+  }
+  if (!all<V>(is_idle)) return false;
+  V friction{};
+  for (int i = 0; i < points; ++i) {
+    friction = friction +
+               (size_of<V>(at<V>(c.lambda_1[i], lane)) + size_of<V>(at<V>(c.lambda_2[i], lane)));
+  }
+  return all<V>(friction == V{});
+}
+
 /// The change of a normal impulse, once it is kept from pulling; the velocities of the points after
 /// this one feel it.
 template <class V, int points>
@@ -183,6 +202,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
+  if (are_idle<V, points>(c, lane, vn, haste)) return;
   const Soft<V> soft{at<V>(c.mass_scale, lane), at<V>(c.impulse_scale, lane),
                      at<V>(c.bias_rate, lane)};
   Wrench<V, points> wrench;
@@ -306,6 +326,7 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
+  if (are_idle<V, points>(c, lane, vn, haste)) return;
   Wrench<V, points> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {

@@ -105,7 +105,7 @@ void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
     const ContactConstraint& c = *of;
     const std::size_t island = groups.of(c);
     if (rests_[island] == 0) continue;
-    const double give = groups.give[island] / (c.stiffness * c.stiffness);
+    const double give = groups.give[island] * (1 - c.preload);
     const bool is_driven = !is_still(bodies, index(c.a)) || !is_still(bodies, index(c.b));
     if (is_driven || !may_rest(c, give)) rests_[island] = 0;
     add_contact(c, groups);

@@ -21,7 +21,7 @@ namespace cradle {
 struct Grouping {
   const Islands& islands;
   std::span<const std::int32_t> number;  ///< by slot: which of `tick.moving`, or -1
-  /// s^2, by group: a contact of stiffness 1 sinks in by so much of the acceleration that its load
+  /// s^2, by group: a contact without preload sinks in by so much of the acceleration that its load
   /// would give it.
   std::span<const double> give;
 

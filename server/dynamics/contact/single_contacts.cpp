@@ -156,7 +156,7 @@ void SingleContact::scale_struck(std::span<const double> shares) {
 
 void SingleContact::solve(const SubStep& step) {
   for (ConstraintPoint& p : c_.used()) p.s = separation(p);
-  const Softness soft = softness_of(c_.stiffness, step.h);
+  const Softness soft = softness_of(step.h);
   sweep([&](const ConstraintPoint& p) {
     const double decay = soft.impulse_scale * p.lambda;
     if (p.s > 0) return -(normal_velocity(p) + p.s * haste_ / step.h) / p.K_normal - decay;

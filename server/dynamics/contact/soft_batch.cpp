@@ -70,12 +70,12 @@ double press_after(const ConstraintPoint& p) {
   return std::clamp(now, low, kPressGrowth * p.press);
 }
 
-/// Takes note of what presses; `sag`: the largest so far, m. `give`: of stiffness 1, s^2.
+/// Takes note of what presses; `sag`: the largest so far, m. `give`: softness.h.
 void press(ContactConstraint& c, double give, double& sag) {
   for (ConstraintPoint& p : c.used()) {
     p.press = press_after(p);
     const double now = p.force * p.K_normal;
-    sag = std::max(sag, give * std::min(p.press, now) / (c.stiffness * c.stiffness));
+    sag = std::max(sag, give * std::min(p.press, now));
   }
 }
 

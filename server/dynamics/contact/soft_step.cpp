@@ -7,13 +7,13 @@
 // Loads are those of the tick before, as far as they last: see `press_after` (soft_batch.cpp). In
 // an island that moves, nobody sees what contacts sink in if it is less than the way of its bodies
 // in the tick: that much is allowed there, too. Two contacts in a thousand of an island are not
-// asked, and one in twenty may be made stiffer by up to two instead (softness.h): sag falls as the
-// square of stiffness, as it does of sub-steps. On terrain with 3000 bodies the most loaded
-// contacts ask for 24 to 32 where 10 to 16 do for the others. Islands with equal numbers go through
-// the tick side by side, apart from those that relax by more than one sweep, because what they
-// carry is not known (find_pasts), and those that rest (settling.h). Source: measured sag, within 1
-// % of the law for stacks and heavy bodies on light ones; the numbers are rounded up to a few, so
-// that lanes are filled.
+// asked, and one in eight may carry a part of its load at once instead, so that the rest sinks in
+// by the tolerance (`preload`): s = (1 - preload) a / omega^2. On terrain with 3000 bodies the most
+// loaded contacts ask for 24 to 32 where 8 to 12 do for the others. Islands with equal numbers go
+// through the tick side by side, apart from those that relax by more than one sweep, because what
+// they carry is not known (find_pasts), and those that rest (settling.h). Source: measured sag,
+// within 1 % of the law for stacks and heavy bodies on light ones; the numbers are rounded up to a
+// few, so that lanes are filled.
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
@@ -48,16 +48,20 @@ using Demands = std::array<int, kSubSteps.size()>;
 /// In a large heap a few contacts carry many times what the others do; one in so many of an
 /// island's contacts may sink in deeper than the tolerance.
 constexpr int kContactsPerExcused = 500;
-/// And one in so many may be made stiffer instead, up to this much, which asks for as many
-/// sub-steps less, where that saves a quarter: stiffer than that, or more of them, stacks would
-/// rock on their corners ("stack of ten").
-constexpr int kContactsPerStiff = 20;
-constexpr double kStiffest = 2;
+/// And one in so many may be preloaded instead: what of its load makes it sink in deeper than the
+/// tolerance it carries at once, as far as that lasts. That asks for fewer sub-steps, up to this
+/// many times, where it saves a quarter. Contacts are no stiffer by it: with fewer sub-steps, or
+/// more contacts preloaded, stacks would rock on their corners ("towers as they are built are taken
+/// over").
+constexpr int kContactsPerPreloaded = 8;
+constexpr double kMostSaved = 3;
 constexpr double kWorthIt = 0.75;
 
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
 /// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
 constexpr double kRestTicks = 2;
+/// Of these, what bodies may sink in by is not the way of an island that moves.
+constexpr double kSinkTicks = 1;
 
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
 constexpr int kChunk = 64;
@@ -110,7 +114,7 @@ class SoftStep final : public SoftSolver {
   /// What there is to know of each constraint by itself.
   struct Look {
     double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
-    bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven, has_rested;
+    bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven, has_rested, is_ahead;
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyArrays& arrays, double dt) {
@@ -121,6 +125,7 @@ class SoftStep final : public SoftSolver {
     };
     looks_.resize(constraints.size());
     for_each_index(executor, constraints.size(), kChunk, [&](std::size_t k) {
+      expect_next(constraints, k);
       const ContactConstraint& c = *constraints[k];
       looks_[k] = {c.press > 0 ? c.press : first_press(c, arrays),
                    c.tolerance_m,
@@ -129,7 +134,8 @@ class SoftStep final : public SoftSolver {
                    c.is_known,
                    c.carrying > 0 && c.carrying<c.count, c.deepest_m> deep_m,
                    is_driven(c.a) || is_driven(c.b),
-                   c.has_rested};
+                   c.has_rested,
+                   c.is_ahead};
     });
   }
 
@@ -166,7 +172,7 @@ class SoftStep final : public SoftSolver {
       accelerations_[island] = std::max(accelerations_[island], arrays.acceleration[slot].norm());
     }
     for (std::size_t i = 0; i < ways_.size(); ++i) {
-      ways_[i] = std::max(ways_[i] - kRestTicks * tick.dt * tick.dt * accelerations_[i], 0.0);
+      ways_[i] = std::max(ways_[i] - kSinkTicks * tick.dt * tick.dt * accelerations_[i], 0.0);
     }
   }
 
@@ -274,27 +280,29 @@ class SoftStep final : public SoftSolver {
     return kSubSteps[choice];
   }
 
-  /// And what is left of that to be made up for by stiffness.
+  /// And what is left of that to be made up for by preload.
   void choose_for(std::size_t island) {
     const Demands& demands = demands_[island];
     const int all = asked_by_all_but(kContactsPerExcused, demands);
-    const int most = asked_by_all_but(kContactsPerStiff, demands);
+    const int most = asked_by_all_but(kContactsPerPreloaded, demands);
     const int n = *std::ranges::find_if(
-        kSubSteps, [&](int choice) { return choice >= most && kStiffest * choice >= all; });
+        kSubSteps, [&](int choice) { return choice >= most && kMostSaved * choice >= all; });
     sub_steps_[island] = std::max(n <= kWorthIt * all ? n : all, least_[island]);
-    stiffest_[island] = std::max(1.0, static_cast<double>(all) / sub_steps_[island]);
+    const double share = static_cast<double>(sub_steps_[island]) / all;
+    preloads_[island] = std::max(1 - share * share, 0.0);
   }
 
   void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
     sub_steps_.assign(islands_->count(), tick.sub_steps);
     if (tick.sub_steps == 0) {
       count_demands(tick);
-      stiffest_.assign(islands_->count(), 1);
+      preloads_.assign(islands_->count(), 0);
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
       for_each_index(*tick.executor, constraints.size(), kChunk, [&](std::size_t k) {
         const std::size_t i = islands_->of_constraint(k);
-        const double stiffness = std::min(asked_[k] / sub_steps_[i], stiffest_[i]);
-        if (stiffness > 1) constraints[k]->stiffness = stiffness;  // of few
+        if (asked_[k] <= sub_steps_[i] || looks_[k].is_ahead) return;
+        const double share = sub_steps_[i] / asked_[k];
+        constraints[k]->preload = std::min(1 - share * share, preloads_[i]);  // of few
       });
     }
     report_.sub_steps_max = std::ranges::max(sub_steps_);
@@ -393,7 +401,7 @@ class SoftStep final : public SoftSolver {
     double sag = 0;
     for (const ContactConstraint* c : chosen) {
       for (const ConstraintPoint& p : c->used()) {
-        sag = std::max(sag, give * p.press / (c->stiffness * c->stiffness));
+        sag = std::max(sag, (1 - c->preload) * give * p.press);
       }
     }
     return sag;
@@ -412,7 +420,7 @@ class SoftStep final : public SoftSolver {
         ConstraintPoint& p = c.points[i];
         gaps_[k][i] = p.s0;
         if (p.rest_m == 0 && p.rest_load == 0) continue;
-        p.s0 = p.s = p.gap(give / (c.stiffness * c.stiffness));
+        p.s0 = p.s = p.gap(give);
       }
     });
   }
@@ -458,7 +466,7 @@ class SoftStep final : public SoftSolver {
   std::vector<double> asked_;                 // sub-steps, by constraint
   static constexpr std::uint8_t kNoChoice = 255;
   std::vector<std::uint8_t> choices_;  // of kSubSteps, by constraint
-  std::vector<double> stiffest_;       // by island
+  std::vector<double> preloads_;       // the most there is, by island
   std::vector<int> least_;             // sub-steps, by island
   Settling settling_;
   std::vector<std::uint8_t> is_calm_;  // by island

@@ -21,8 +21,8 @@ double give_of(int sub_steps, double dt) {
   return h * h;
 }
 
-Softness softness_of(double stiffness, double h) {
-  const double omega = stiffness * contact_angle() / h;
+Softness softness_of(double h) {
+  const double omega = contact_angle() / h;
   const double a1 = 2 * kTolerances.damping_ratio + h * omega;
   const double a2 = h * omega * a1;
   return {a2 / (1 + a2), 1 / (1 + a2), omega / a1};

@@ -25,7 +25,10 @@ void TickIslands::find(const ContactTick& tick, std::size_t slots,
 void TickIslands::find(const ContactTick& tick, std::size_t slots,
                        std::span<ContactConstraint* const> constraints) {
   begin(tick, slots);
-  for (const ContactConstraint* c : constraints) add(*c);
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    expect_next(constraints, k);
+    add(*constraints[k]);
+  }
   Islands::find(pairs_, tick.moving.size());
 }
 

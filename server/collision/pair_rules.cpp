@@ -7,7 +7,8 @@
 namespace cradle {
 namespace {
 
-constexpr std::size_t kLongRow = 16;
+/// Pairs of a slot: rows of more are sorted by counting, too.
+constexpr std::size_t kLongRow = 1;
 
 }  // namespace
 
@@ -62,7 +63,7 @@ void PairSorter::sort(std::size_t slots, std::vector<BodyPair>& pairs) {
   }
   unsorted_.reserve(pairs.capacity());  // assigning would ask for no more than it needs now
   unsorted_.assign(pairs.begin(), pairs.end());
-  if (pairs.size() > kLongRow * slots) {  // long rows are sorted by counting, too
+  if (pairs.size() > kLongRow * slots) {
     const auto by_b = [](const BodyPair& pair) { return static_cast<std::size_t>(pair.b); };
     scatter(slots, pairs, unsorted_, by_b);
   }

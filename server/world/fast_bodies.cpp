@@ -89,12 +89,12 @@ bool has_overlap(const Manifold& manifold) {
 /// body whose middle is inside.
 bool overlap_already(World::State& s, std::size_t pair) {
   const CompositePair* composite = composite_of(s, pair);
-  return has_overlap(s.manifolds[pair]) ||
+  return (s.is_touching[pair] != 0 && has_overlap(s.manifolds[pair])) ||
          (composite != nullptr && std::ranges::any_of(composite->manifolds, has_overlap));
 }
 
 void forget_manifolds(World::State& s, std::size_t pair) {
-  s.manifolds[pair] = {};
+  s.is_touching[pair] = 0;
   if (CompositePair* composite = composite_of(s, pair)) composite->manifolds.clear();
 }
 
@@ -111,7 +111,7 @@ void collide_ahead(World::State& s, const Meeting& meeting) {
     add_manifolds(A, B, margin, composite->manifolds, s.methods());
     return;
   }
-  s.manifolds[meeting.pair] = s.methods().collide(A, B, margin);
+  s.set_manifold(meeting.pair, s.methods().collide(A, B, margin));
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const st
   }
 }
 
-bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned,
-                        double reach, double margin, Manifold& manifold) {
+bool PairMemory::holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned,
+                       double reach, double margin) {
   KeptPair& pair = pairs_[k];
   if (pair.place < 0) return false;
   const bool was_held = pair.is_held != 0;
@@ -68,14 +68,17 @@ bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, doubl
   pair.is_held = pair.count > 0
                      ? motion < pair.bears_m && margin <= pair.margin_m + kTolerances.kept_margin_m
                      : motion + margin < pair.bears_m;
-  if (pair.is_held == 0) {
-    pair.is_slow = was_held || motion < most_bearable_motion(reach);
-    pair.begin(X_WA, X_WB, turned);
-    pair.margin_m = margin;
-    return false;
-  }
-  manifold.count = 0;
-  if (pair.count == 0) return true;
+  if (pair.is_held != 0) return true;
+  pair.is_slow = was_held || pair.is_new() || motion < most_bearable_motion(reach);
+  pair.begin(X_WA, X_WB, turned);
+  pair.margin_m = margin;
+  return false;
+}
+
+bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB,
+                        Manifold& manifold) const {
+  const KeptPair& pair = pairs_[k];
+  if (pair.count == 0) return false;
   pose(manifolds_[static_cast<std::size_t>(pair.place)], static_cast<int>(pair.count), X_WA, X_WB,
        manifold);
   return true;
@@ -90,7 +93,7 @@ bool PairMemory::is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, dou
 }
 
 void PairMemory::expect(std::size_t k) const {
-  if (pairs_[k].place < 0 || pairs_[k].count == 0) return;
+  if (pairs_[k].place < 0 || pairs_[k].count == 0 || !(pairs_[k].bears_m > 0)) return;
   const auto& manifold = manifolds_[static_cast<std::size_t>(pairs_[k].place)];
   constexpr std::size_t kLine = 64;
   const auto* const begin = reinterpret_cast<const char*>(&manifold);
@@ -101,8 +104,10 @@ void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double 
                       const Manifold& made, bool begins_at_axis) {
   KeptPair& pair = pairs_[k];
   if (pair.place < 0) return;
-  const double bears = bearable_motion(made, reach);
+  const bool is_worth_it = made.count == 0 || pair.is_slow != 0;
+  const double bears = is_worth_it ? bearable_motion(made, reach) : 0;
   pair.count = made.count;
+  pair.choice = made.choice;
   pair.bears_m = bears;
   KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
   if (made.count > 0 && bears > 0) {

@@ -17,14 +17,18 @@ namespace cradle {
 /// A pair by the ids of its bodies, a < b. Plain numbers without padding.
 struct KeptPair {
   std::int64_t a = 0, b = 0;
-  std::int64_t place = -1;                  ///< of its manifold; -1: the pair is not worth keeping
-  std::int64_t count = 0;                   ///< points of the manifold
-  std::int64_t is_held = 0;                 ///< 1: the manifold is not of this tick
-  double bears_m = 0;                       ///< how much motion the manifold bears
-  double margin_m = 0;                      ///< that it was made with
-  std::int64_t is_slow = 0;                 ///< 1: the next one is likely to be kept
-  double turned_m = 0;                      ///< the bodies' ways by turning when it was made
-  Vector p_AoBo = Vector::Constant(1e300);  ///< m, in W, then
+  std::int64_t place = -1;                   ///< of its manifold; -1: the pair is not worth keeping
+  std::int64_t count = 0;                    ///< points of the manifold
+  std::int64_t is_held = 0;                  ///< 1: the manifold is not of this tick
+  double bears_m = 0;                        ///< how much motion the manifold bears
+  double margin_m = 0;                       ///< that it was made with
+  std::uint64_t choice = 0;                  ///< as of the last manifold
+  std::int64_t is_slow = 0;                  ///< 1: the next one is likely to be kept
+  double turned_m = 0;                       ///< the bodies' ways by turning when it was made
+  Vector p_AoBo = Vector::Constant(kNever);  ///< m, in W, then
+
+  static constexpr double kNever = 1e300;
+  bool is_new() const { return p_AoBo.x() == kNever; }
 
   /// To be made anew.
   void begin(const Pose& X_WA, const Pose& X_WB, double turned) {
@@ -45,12 +49,14 @@ class PairMemory {
   void follow(Executor& executor, std::span<const BodyPair> pairs,
               std::span<const std::int64_t> ids, std::span<const Shape> shapes);
 
-  /// The manifold of the k-th pair, of convex shapes, into `manifold` while the kept one holds;
-  /// else false, and a fresh one is to be made, and kept. `turned`: the way that the points of both
-  /// bodies have gone at most by turning, together, since the world began, m. `reach`: radius of
-  /// the ball that holds the smaller body, m. Pairs may be asked side by side.
-  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double reach,
-              double margin, Manifold& manifold);
+  /// Whether what is kept of the k-th pair, of convex shapes, holds still; else a fresh manifold is
+  /// to be made, and kept. `turned`: the way that the points of both bodies have gone at most by
+  /// turning, together, since the world began, m. `reach`: radius of the ball that holds the
+  /// smaller body, m. Pairs may be asked side by side.
+  bool holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double reach,
+             double margin);
+  /// Of what holds: into `manifold`, or false if nothing touches.
+  bool recall(std::size_t k, const Pose& X_WA, const Pose& X_WB, Manifold& manifold) const;
   /// Likewise of a pair with a mesh or a height field, which is not worth keeping: whether it is
   /// still certain that nothing is within the margin.
   bool is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double margin);
@@ -66,8 +72,9 @@ class PairMemory {
     const std::int64_t place = pairs_[k].place;
     return place < 0 ? Vector(Vector::Zero()) : manifolds_[static_cast<std::size_t>(place)].n_A;
   }
+  std::uint64_t choice(std::size_t k) const { return pairs_[k].choice; }
   bool was_apart(std::size_t k) const { return pairs_[k].count == 0; }
-  /// Fetches what `recall` will read: manifolds lie anywhere, and to wait for them takes longer
+  /// Fetches what `recall` may read: manifolds lie anywhere, and to wait for them takes longer
   /// than all else that it does.
   void expect(std::size_t k) const;
   /// `begins_at_axis`: its axis is kept though the manifold is not.
@@ -115,7 +122,7 @@ class PairMemory {
   std::vector<std::int64_t> free_;                ///< places, the next to be taken last
 };
 
-static_assert(sizeof(KeptPair) == 12 * 8);
+static_assert(sizeof(KeptPair) == 13 * 8);
 static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
 
 }  // namespace cradle

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -70,6 +71,17 @@ struct Overlaps {
   }
 };
 
+/// A ball that holds all of a body that others could touch in the tick; or else everything.
+struct ReachOfTick {
+  Vector centre = Vector::Zero();  ///< m, in W
+  double radius = std::numeric_limits<double>::infinity();
+
+  bool is_apart(const ReachOfTick& other) const {
+    const double both = radius + other.radius;
+    return (other.centre - centre).squaredNorm() > both * both;
+  }
+};
+
 struct World::State {
   explicit State(const WorldSettings& s);
 
@@ -114,14 +126,15 @@ struct World::State {
   double margin_at_rest = 0;               ///< m, of bodies that are not thin
   double margin_max = 0;                   ///< m, that there could be
   std::vector<Aabb> boxes;                 ///< of colliders, in their order; not of balls apart
+  std::vector<ReachOfTick> reach_of_tick;  ///< likewise: pairs of boxes meet by corners, too
   std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
   BroadPhaseReport culling;
-  std::vector<Manifold> manifolds;        ///< one a pair; of pairs of convex shapes
+  std::vector<Manifold> manifolds;        ///< one a pair; of convex shapes that touch
   std::vector<CompositePair> composites;  ///< the other pairs, in their order
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
-  std::vector<std::uint8_t> is_touching;  ///< by pair: `manifolds` has points
+  std::vector<std::uint8_t> is_touching;  ///< by pair: `manifolds` has one of this tick
   std::vector<Touch> touching;            ///< all manifolds with a point, in the order of pairs
   FastBodies fast;
   ImpactStops stops;
@@ -173,6 +186,11 @@ struct World::State {
                                                  : limits::kContactToleranceMax_m;
     };
     return std::min(tolerance(a, of_a), tolerance(b, of_b));
+  }
+  /// Of a pair of convex shapes.
+  void set_manifold(std::size_t pair, const Manifold& manifold) {
+    is_touching[pair] = manifold.count > 0 ? 1 : 0;
+    if (manifold.count > 0) manifolds[pair].copy_used(manifold);
   }
   /// m: contacts of the pair are made this far ahead.
   double margin(const BodyPair& pair) const {

@@ -42,7 +42,7 @@ struct World::Steps {
   static void put_ball_in_box(State& s, std::size_t k, std::size_t i);
   static void collide(State& s, Executor& executor);
   static void list_composites(State& s);
-  static void list_touching(State& s, Executor& executor);
+  static void list_touching(State& s);
   static void list_contacts(State& s, Executor& executor);
   static void know_in_W(State& s, std::size_t i);
   static void prepare(State& s, Executor& executor);
@@ -66,7 +66,7 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   foresee_impacts(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
-  Steps::list_touching(s, executor);
+  Steps::list_touching(s);
   Steps::list_contacts(s, executor);
   find_shaken(s);
   Steps::prepare(s, executor);
@@ -109,6 +109,7 @@ void World::Steps::list_colliders(State& s) {
     }
   }
   s.boxes.resize(s.colliders.size());
+  s.reach_of_tick.resize(s.colliders.size());
   s.moves.resize(s.colliders.size());
   const std::size_t slots = s.colliders.empty() ? 0 : s.bodies.size();
   s.poses.resize(slots);
@@ -156,7 +157,12 @@ void World::Steps::find_pairs(State& s, Executor& executor) {
   }
   if (s.balls.are_apart) find_pairs_beside_balls(s, executor);
   if (!s.balls.are_apart) find_all_pairs(s, executor);
-  for (BodyPair& pair : s.pairs) pair = {s.colliders[index(pair.a)], s.colliders[index(pair.b)]};
+  std::size_t near = 0;  // pairs of boxes that meet by their corners alone are none
+  for (const auto [k, m] : s.pairs) {
+    if (s.reach_of_tick[index(k)].is_apart(s.reach_of_tick[index(m)])) continue;
+    s.pairs[near++] = {s.colliders[index(k)], s.colliders[index(m)]};
+  }
+  s.pairs.resize(near);
   s.renumbered = false;
 }
 
@@ -174,6 +180,7 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   s.moves[k] = moves_for_pairs(s, i) ? 1 : 0;
   if (s.bodies.is_asleep(i) && s.sleepers.is_box_known[i] != 0) return;
   s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
+  s.reach_of_tick[k] = {};
   const BodyFrame B = s.bodies.frame(i);
   const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
   s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
@@ -182,11 +189,14 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   s.boxes[k] = {};
   if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
   s.boxes[k] = box_over_tick(s, i);
+  if (s.fast.is_fast[i] != 0) return;
+  s.reach_of_tick[k] = {now.x, s.reaches[i] + s.margins[i] + s.dt * s.bodies.v[i].norm()};
 }
 
 /// Of one that could take part in the impacts of this tick. Its frame is that of its shape.
 void World::Steps::put_ball_in_box(State& s, std::size_t k, std::size_t i) {
   s.moves[k] = 1;
+  s.reach_of_tick[k] = {};
   s.sleepers.is_box_known[i] = 0;
   const Pose now{s.bodies.x[i], s.bodies.q[i].toRotationMatrix()};
   s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
@@ -205,19 +215,22 @@ class Narrow final : public MadeManifolds {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
     const double margin = s_.margin(s_.pairs[k]);
     if (s_.settings.is_planar) {
-      s_.manifolds[k] = s_.methods().collide(s_.collider(a), s_.collider(b), margin);
+      s_.set_manifold(k, s_.methods().collide(s_.collider(a), s_.collider(b), margin));
       return;
     }
     constexpr std::size_t kAhead = 8;
     if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double turned = s_.turned[a] + s_.turned[b];
     const double reach = std::min(s_.reaches[a], s_.reaches[b]);
-    if (s_.memory.recall(k, s_.poses[a], s_.poses[b], turned, reach, margin, s_.manifolds[k]))
+    if (s_.memory.holds(k, s_.poses[a], s_.poses[b], turned, reach, margin)) {
+      s_.is_touching[k] = s_.memory.recall(k, s_.poses[a], s_.poses[b], s_.manifolds[k]) ? 1 : 0;
       return;
+    }
     const Collider A = s_.collider(a), B = s_.collider(b);
     PairHints hints;
     hints.wants_lead = s_.memory.is_slow(k);
     hints.foresight = s_.turns[a] + s_.turns[b];
+    hints.choice = s_.memory.choice(k);
     if (begins_at_axis(A.shape.kind, B.shape.kind)) {
       hints.axis_W = s_.poses[a].R * s_.memory.axis_A(k);
       hints.was_apart = s_.memory.was_apart(k);
@@ -227,7 +240,7 @@ class Narrow final : public MadeManifolds {
   void finish() { fresh_.finish(); }
   void take(std::size_t k, const Manifold& made) override {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
-    s_.manifolds[k].copy_used(made);
+    s_.set_manifold(k, made);
     s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made,
                    begins_at_axis(s_.bodies.shape[a].kind, s_.bodies.shape[b].kind));
   }
@@ -242,6 +255,7 @@ class Narrow final : public MadeManifolds {
 void World::Steps::collide(State& s, Executor& executor) {
   if (!s.settings.is_planar) s.memory.follow(executor, s.pairs, s.bodies.id, s.bodies.shape);
   s.manifolds.resize(s.pairs.size());
+  s.is_touching.resize(s.pairs.size());
   list_composites(s);
   executor.for_ranges(static_cast<int>(s.pairs.size()), kPairs, [&](int begin, int end) {
     Narrow narrow(s, end);
@@ -275,7 +289,7 @@ void World::Steps::list_composites(State& s) {
   if (!s.has_composites) return;
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     if (!s.is_composite(s.pairs[k])) continue;
-    s.manifolds[k].count = 0;
+    s.is_touching[k] = 0;
     if (s.composites_used == s.composites.size()) s.composites.emplace_back();
     CompositePair& composite = s.composites[s.composites_used++];
     composite.pair = k;
@@ -284,13 +298,10 @@ void World::Steps::list_composites(State& s) {
 }
 
 /// All manifolds with points, in the order of their pairs.
-void World::Steps::list_touching(State& s, Executor& executor) {
+void World::Steps::list_touching(State& s) {
   s.touching.clear();
   std::size_t next = 0;
   auto meeting = s.fast.meetings.cbegin();
-  s.is_touching.resize(s.pairs.size());
-  for_each_index(executor, s.pairs.size(), kPairs,
-                 [&s](std::size_t k) { s.is_touching[k] = s.manifolds[k].count > 0 ? 1 : 0; });
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     const bool is_ahead = meeting != s.fast.meetings.cend() && meeting->pair == k;
     const Meeting* ahead = is_ahead ? &*meeting++ : nullptr;

@@ -56,7 +56,7 @@ TEST_CASE("cubes that fall on each other do not turn into each other") {
 TEST_CASE("heaps of cubes come to rest, or nearly") {
   // More than half of them moved by 1 mm/s for good: contacts changed between a face and edges in
   // every tick, or which four of eight points stood for a face, and forgot what they had carried.
-  // Some still rock between two choices of four.
+  // A quarter did still while the four were chosen anew in each tick, by area alone: 255 of these.
   int cubes = 0, moving = 0;
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     World world(settings());
@@ -71,7 +71,7 @@ TEST_CASE("heaps of cubes come to rest, or nearly") {
   }
   CAPTURE(moving);
   REQUIRE(cubes == 1080);
-  CHECK(moving * 4 < cubes);
+  CHECK(moving * 20 < cubes);
 }
 
 TEST_CASE(

@@ -160,7 +160,9 @@ class Follower {
       const double margin = kMargin + dt * closing.norm();
       Manifold kept;
       const double turned = turned_[a] + turned_[b], reach = std::min(reaches_[a], reaches_[b]);
-      if (!memory_.recall(k, poses_[a], poses_[b], turned, reach, margin, kept)) {
+      if (memory_.holds(k, poses_[a], poses_[b], turned, reach, margin)) {
+        memory_.recall(k, poses_[a], poses_[b], kept);
+      } else {
         kept = fresh(k, collider(a), collider(b), margin);
         memory_.keep(k, poses_[a], poses_[b], reach, kept, has_axis(k));
       }
@@ -341,19 +343,20 @@ TEST_CASE(
                 std::array{box, box});
   const double reach = bounding_radius(box);
   Manifold manifold;
-  REQUIRE(!memory.recall(0, X_WA, X_WB, 0, reach, kMargin, manifold));
+  REQUIRE(!memory.holds(0, X_WA, X_WB, 0, reach, kMargin));
   const Manifold made = collide(box, X_WA, box, X_WB, kMargin);
   memory.keep(0, X_WA, X_WB, reach, made, false);
   const double bears = bearable_motion(made, reach);
   REQUIRE(bears > 0);
   const auto carried = [](const Pose& X, const Vector& way) { return Pose{X.x + way, X.R}; };
   const Vector far(100, -20, 7), way = 0.999 * bears * Vector::UnitX();
-  CHECK(memory.recall(0, carried(X_WA, far), carried(X_WB, far), 0, reach, kMargin, manifold));
+  CHECK(memory.holds(0, carried(X_WA, far), carried(X_WB, far), 0, reach, kMargin));
+  CHECK(memory.recall(0, carried(X_WA, far), carried(X_WB, far), manifold));
   CHECK((manifold.points[0].p_W - made.points[0].p_W - far).norm() < 1e-12);
   CHECK(manifold.points[0].separation == Approx(made.points[0].separation).margin(1e-12));
-  CHECK(memory.recall(0, X_WA, carried(X_WB, way), 0, reach, kMargin, manifold));
+  CHECK(memory.holds(0, X_WA, carried(X_WB, way), 0, reach, kMargin));
   // What has turned counts, too.
-  CHECK(!memory.recall(0, X_WA, carried(X_WB, way), 0.002 * bears, reach, kMargin, manifold));
+  CHECK(!memory.holds(0, X_WA, carried(X_WB, way), 0.002 * bears, reach, kMargin));
 }
 
 TEST_CASE("boxes that lie nearly flush bear the motion that they say") {

@@ -149,11 +149,13 @@ CRADLE_LANES V choose_four_again(const FacePoints<V>& points, BoxFaceBlock& b, i
     last_z.add(was_last[c], points.z[c]);
   }
   constexpr double kSpread = kTolerances.last_four_spread;
-  const auto stay = (load<V>(b.last_faces + lane) == load<V>(b.faces + lane)) &
-                    (count == fill<V>(4)) &
-                    (last_z.low - z.low <= kTolerances.last_four_depth * slack) &
-                    (last_x.high - last_x.low >= kSpread * (x.high - x.low)) &
-                    (last_y.high - last_y.low >= kSpread * (y.high - y.low));
+  const V last_faces = load<V>(b.last_faces + lane), faces = load<V>(b.faces + lane);
+  const V deeper = last_z.low - z.low;
+  const V least_x = kSpread * (x.high - x.low), least_y = kSpread * (y.high - y.low);
+  const V last_width = last_x.high - last_x.low, last_depth = last_y.high - last_y.low;
+  const auto stay = (last_faces == faces) & (count == 4 * one) &
+                    (deeper <= kTolerances.last_four_depth * slack) & (last_width >= least_x) &
+                    (last_depth >= least_y);
   const V stays = stay ? one : none;
   V is_first = stays;
   for (int c = 0; c < kBoxCandidates; ++c) {

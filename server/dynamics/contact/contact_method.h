@@ -116,8 +116,9 @@ CRADLE_LANES bool are_idle(const ContactBlock& c, int lane, const V* vn, const V
   auto is_idle = haste == haste;
   for (int i = 0; i < points; ++i) {
     const V s = at<V>(c.s[i], lane), yields = at<V>(c.yields[i], lane);
+    const V lambda = at<V>(c.lambda[i], lane), none{};
     const V ahead = s > V{} ? vn[i] + s * haste : fill<V>(-1);
-    is_idle = is_idle & (at<V>(c.lambda[i], lane) == V{}) & ((ahead >= V{}) | (yields == V{}));
+    is_idle = is_idle & (lambda == none) & ((ahead >= none) | (yields == none));
   }
   if (!all<V>(is_idle)) return false;
   V friction{};

@@ -51,8 +51,7 @@ constexpr int kContactsPerExcused = 500;
 /// And one in so many may be preloaded instead: what of its load makes it sink in deeper than the
 /// tolerance it carries at once, as far as that lasts. That asks for fewer sub-steps, up to this
 /// many times, where it saves a quarter. Contacts are no stiffer by it: with fewer sub-steps, or
-/// more contacts preloaded, stacks would rock on their corners ("towers as they are built are taken
-/// over").
+/// more contacts preloaded, towers would rock ("Newton's method takes over from soft steps").
 constexpr int kContactsPerPreloaded = 8;
 constexpr double kMostSaved = 3;
 constexpr double kWorthIt = 0.75;

@@ -81,6 +81,7 @@ TomlFile::TomlFile(std::string_view text, std::string file_name, Refuse refuse_f
 }
 
 std::string read_file(const std::string& path) {
+  constexpr std::size_t kPartBytes = std::size_t{64} << 10;
   const auto refuse = [&path](int error) {
     throw std::filesystem::filesystem_error("cannot be read", path,
                                             std::error_code(error, std::generic_category()));
@@ -94,10 +95,12 @@ std::string read_file(const std::string& path) {
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) refuse(errno);
-  std::string text(kFileBytesMax + 1, 0);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > kFileBytesMax) refuse(EFBIG);
+  std::string text, part(kPartBytes, 0);
+  do {
+    stream.read(part.data(), static_cast<std::streamsize>(part.size()));
+    text.append(part, 0, static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > kFileBytesMax) refuse(EFBIG);
+  } while (stream);
   return text;
 }
 

@@ -23,7 +23,7 @@ Vector random_vector(std::mt19937_64& random, double size) {
   return {x, y, uniform(random, -size, size)};
 }
 
-constexpr SubStep kStep{1.0 / 240, 0.3, 4};
+const SubStep kStep{1.0 / 240, 0.3, 4, softness_of(1.0 / 240)};
 
 /// Balls, bricks, capsules and rods that fall on each other, on the ground and on a platform that
 /// moves.
@@ -144,7 +144,8 @@ void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const 
 }
 
 void unpack(ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
-  blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 1.1, 0});
+  blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 1.1, 0},
+                [](std::size_t, const BlockRun&) {});
   for (ContactConstraint* c : all) {
     for (ConstraintPoint& p : c->used()) {
       p.lambda = kStep.h * p.force;
@@ -161,7 +162,7 @@ void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
   for (ContactConstraint& c : constraints) all.push_back(&c);
   pack(blocks, all, bodies);
   for (const BlockRun& run : blocks.runs()) {
-    kernels.prepare(run);
+    kernels.prepare(run, kStep.soft);
     kernels.warm_start(run, bodies.velocities());
   }
   for (const BlockRun& run : blocks.runs()) kernels.solve(run, kStep, bodies.velocities());
@@ -257,7 +258,7 @@ TEST_CASE("points that carry together are solved at once") {
     pack(blocks, all, bodies);
     for (const BlockRun& run : blocks.runs()) {
       CHECK(run.joint);
-      contact_kernels_of(0).prepare(run);
+      contact_kernels_of(0).prepare(run, kStep.soft);
       contact_kernels_of(0).solve(run, kStep, bodies.velocities());
     }
     unpack(blocks, all);

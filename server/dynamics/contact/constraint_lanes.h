@@ -61,9 +61,6 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& fill
   store(c.friction + lane, r[6]);
   const V one = fill<V>(1), preload = filling.give * r[7];
   store(c.sink_share + lane, one - r[7]);
-  store(c.mass_scale + lane, fill<V>(filling.soft.mass_scale));
-  store(c.impulse_scale + lane, fill<V>(filling.soft.impulse_scale));
-  store(c.bias_rate + lane, fill<V>(filling.soft.bias_rate));
 
   Triple<V> arms[points], sum{};
   V number{}, zero{};

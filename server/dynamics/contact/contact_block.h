@@ -38,7 +38,6 @@ struct ContactBlock {
   Row inverse_mass_A, inverse_mass_B;              ///< 1/kg
   Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz
   Row friction;
-  Row mass_scale, impulse_scale, bias_rate;  ///< softness.h
   Row gap_haste;               ///< a gap may close in so much less than a sub-step: 1, or
                                ///< kImpactHaste
   Row yields[kBlockPoints];    ///< 1/K along n; kg
@@ -83,6 +82,7 @@ struct BodyRun {
 struct SubStep {
   double h;  ///< s
   double push_speed, push_rate;
+  Softness soft;
 };
 
 /// Blocks of manifolds with `points` points each: 1, 2 or 4. If `joint`, a manifold's points are
@@ -108,8 +108,7 @@ struct ContactWork {
 struct BlockFilling {
   const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz, inverse mass
   double h;                   ///< s, of a sub-step
-  Softness soft;
-  double give;  ///< s^2: softness.h
+  double give;                ///< s^2: softness.h
 };
 /// How constraints take their results.
 struct BlockTaking {
@@ -134,7 +133,7 @@ struct ContactKernels {
   void (*gather)(const BlockRun&, const BlockFilling&);
   /// The loads of the points; `sag`: by lane, the largest so far, m.
   void (*scatter)(const BlockRun&, const BlockTaking&, double* sag);
-  void (*prepare)(const BlockRun&);
+  void (*prepare)(const BlockRun&, const Softness&);
   void (*warm_start)(const BlockRun&, BodyLine* velocities);
   void (*repeat)(const BlockRun&, BodyLine* velocities);  ///< a warm start by that part alone
   void (*scale)(const BlockRun&);                         ///< leaves that part

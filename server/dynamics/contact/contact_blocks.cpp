@@ -219,8 +219,7 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     block.b_out[lane] = bodies.yields(b) ? b : waste;
     for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
   }
-  kernels.gather({&block, 1, run.points, run.joint},
-                 {bodies.responses(), h, softness_of(h), give_of(1, h)});
+  kernels.gather({&block, 1, run.points, run.joint}, {bodies.responses(), h, give_of(1, h)});
 }
 
 void ContactBlocks::note_places(const BodyLines& bodies) {
@@ -286,17 +285,6 @@ void ContactBlocks::scale_struck(Executor& executor, const ContactKernels& kerne
       if (is_any_less) kernels.scale({&block, 1, run.points, run.joint});
     }
   });
-}
-
-double ContactBlocks::unpack(Executor& executor, const ContactKernels& kernels,
-                             const BlockTaking& taking) {
-  sags_.assign(parts(), {});
-  in_parts(executor, [&](std::size_t part, const BlockRun& run) {
-    kernels.scatter(run, taking, sags_[part].by_lane);
-  });
-  double most = 0;
-  for (const Sags& sags : sags_) most = std::max(most, std::ranges::max(sags.by_lane));
-  return most;
 }
 
 }  // namespace cradle

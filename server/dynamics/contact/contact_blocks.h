@@ -52,7 +52,22 @@ class ContactBlocks {
                     std::span<const double> shares, const BodyLines& bodies);
   /// The forces of the last sub-step, separations and effective masses, and what presses. Returns
   /// the largest sag of what lasts, m.
-  double unpack(Executor& executor, const ContactKernels& kernels, const BlockTaking& taking);
+  /// Calls `f(part, block)` as `in_parts` does, for each block alone, before its results are taken.
+  template <class F>
+  double unpack(Executor& executor, const ContactKernels& kernels, const BlockTaking& taking,
+                const F& f) {
+    sags_.assign(parts(), {});
+    in_parts(executor, [&](std::size_t part, const BlockRun& run) {
+      for (ContactBlock& block : blocks_of(run)) {
+        const BlockRun one{&block, 1, run.points, run.joint};
+        f(part, one);
+        kernels.scatter(one, taking, sags_[part].by_lane);
+      }
+    });
+    double most = 0;
+    for (const Sags& sags : sags_) most = std::max(most, std::ranges::max(sags.by_lane));
+    return most;
+  }
 
   /// Calls `f(run)` with parts of all runs: colour after colour, those of one colour side by side.
   template <class F>

@@ -60,8 +60,9 @@ constexpr int joined(int i, int j) {
 
 /// The matrices of joint solving; after `yields` and `coupling`.
 template <class V, int points>
-CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there) {
-  const V mass_scale = at<V>(c.mass_scale, lane), impulse_scale = at<V>(c.impulse_scale, lane);
+CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Softness& softness) {
+  const V mass_scale = fill<V>(softness.mass_scale);
+  const V impulse_scale = fill<V>(softness.impulse_scale);
   V K[6], own[points], soft[points], hard[points], sum{}, number{};
   for (int i = 0; i < points * (points - 1) / 2; ++i) K[i] = at<V>(c.coupling[i], lane);
   for (int i = 0; i < points; ++i) {
@@ -107,7 +108,7 @@ CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
 
 /// The masses that impulses meet.
 template <class V, int points>
-CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint) {
+CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Softness& soft) {
   const Frame<V> f = frame_at<V>(c, lane);
   const V m = at<V>(c.inverse_mass_A, lane) + at<V>(c.inverse_mass_B, lane);
   const Symmetric<V> IA = symmetric_at<V>(c.inverse_inertia_A, lane);
@@ -137,7 +138,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint) {
     }
   }
   if constexpr (points > 1) {
-    if (joint) invert<V, points>(c, lane, is_there);
+    if (joint) invert<V, points>(c, lane, is_there, soft);
   }
 
   const Triple<V> t1A = cross(arm_A, f.t1), t1B = cross(arm_B, f.t1);

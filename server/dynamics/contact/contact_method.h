@@ -204,8 +204,8 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
   if (are_idle<V, points>(c, lane, vn, haste)) return;
-  const Soft<V> soft{at<V>(c.mass_scale, lane), at<V>(c.impulse_scale, lane),
-                     at<V>(c.bias_rate, lane)};
+  const Soft<V> soft{fill<V>(step.soft.mass_scale), fill<V>(step.soft.impulse_scale),
+                     fill<V>(step.soft.bias_rate)};
   Wrench<V, points> wrench;
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
@@ -384,10 +384,11 @@ struct Passes {
                             CRADLE_LAMBDA { take_lanes<V, kind.kPoints>(c, lane, taking, sag); });
     });
   }
-  static void prepare(const BlockRun& run) {
+  static void prepare(const BlockRun& run, const Softness& soft) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane)
-                            CRADLE_LAMBDA { prepare_lanes<V, kind.kPoints>(c, lane, run.joint); });
+      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+        prepare_lanes<V, kind.kPoints>(c, lane, run.joint, soft);
+      });
     });
   }
   static void warm_start(const BlockRun& run, BodyLine* velocities) {

@@ -79,7 +79,9 @@ void press(ContactConstraint& c, double give, double& sag) {
   }
 }
 
-SubStep sub_step_of(double h) { return {h, kTolerances.push_speed, kTolerances.push_rate}; }
+SubStep sub_step_of(double h) {
+  return {h, kTolerances.push_speed, kTolerances.push_rate, softness_of(h)};
+}
 
 }  // namespace
 
@@ -111,16 +113,23 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   }
   paid_J_ = impacts_.is_empty() ? 0 : bodies_.pay_debts();
   if (tick.is_balanced) bodies_.end_balance(balance_, tick.dt);
-  judge();
   take_results(give_of(tick.sub_steps, tick.dt));
   bodies_.finish();
   for (TurningContact& turning : turning_) turning.finish(step_.h);
 }
 
+/// And how well they do.
 void SoftBatch::take_results(double give) {
+  tallies_.assign(blocks_.parts(), {});
+  const auto judge = [this](std::size_t part, const BlockRun& run) {
+    kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
+  };
   sag_m_ = blocks_.unpack(*executor_, *kernels_,
-                          {step_.h, kPressGrowth, kPressDecay, kPressExcess, give});
+                          {step_.h, kPressGrowth, kPressDecay, kPressExcess, give}, judge);
+  residual_ = {};
+  for (const ContactTally& tally : tallies_) residual_.add(tally);
   for (ContactConstraint* c : singles_) {
+    SingleContact(*c, bodies_).judge(step_, residual_);
     for (ConstraintPoint& p : c->used()) {
       p.force = p.lambda / step_.h;
       p.force_t = p.lambda_t / step_.h;
@@ -132,7 +141,7 @@ void SoftBatch::take_results(double give) {
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
   blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h,
-               [this](const BlockRun& run) { kernels_->prepare(run); });
+               [this](const BlockRun& run) { kernels_->prepare(run, step_.soft); });
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
     ContactConstraint& c = *constraints[k];
@@ -215,16 +224,6 @@ void SoftBatch::add_work() {
   for (const TurningContact& turning : turning_) turning.add_work(bodies_, given);
   given.impacts_J = std::min(given.impacts_J, 0.0);
   balance_.add(given);
-}
-
-void SoftBatch::judge() {
-  tallies_.assign(blocks_.parts(), {});
-  blocks_.in_parts(*executor_, [this](std::size_t part, const BlockRun& run) {
-    kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
-  });
-  residual_ = {};
-  for (const ContactTally& tally : tallies_) residual_.add(tally);
-  for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).judge(step_, residual_);
 }
 
 }  // namespace cradle

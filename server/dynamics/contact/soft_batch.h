@@ -47,7 +47,6 @@ class SoftBatch {
   void solve();
   void relax();
   void add_work();
-  void judge();
   void take_results(double give);
 
   const ContactKernels* kernels_ = nullptr;

@@ -45,6 +45,7 @@ class BoxBatch {
     const Shape *A, *B;
     const Pose *X_WA, *X_WB;
     double margin;
+    bool met_by_edges;  // or corners, last time
   };
   /// Meets along faces.
   struct Facing {
@@ -64,6 +65,9 @@ class BoxBatch {
     bool is_apart() const {
       return block.s_A[lane] > 0 || block.s_B[lane] > 0 || block.s_edge[lane] > 0;
     }
+    bool stays_by_edges() const {
+      return pair.met_by_edges && block.s_edge[lane] > -block.slack[lane];
+    }
     static Face face(const Pose& X_WB, double number);
     const Pose& reference_pose() const { return on_A() ? *pair.X_WA : *pair.X_WB; }
     const Pose& incident_pose() const { return on_A() ? *pair.X_WB : *pair.X_WA; }
@@ -79,6 +83,7 @@ class BoxBatch {
     Facing alone(bool face_of_A, BoxFaceBlock& own, Manifold& manifold) const;
     void add_rest_of_faces(Manifold& manifold) const;
     bool meet_by_edges(Manifold& manifold) const;
+    void meet_beside_faces(Manifold& manifold) const;
     void meet(Manifold& manifold) const;
   };
 

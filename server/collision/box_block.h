@@ -58,8 +58,9 @@ struct BoxPairBlock : BoxFaceBlock {
   Row d[3];            ///< from A's centre to B's, in W
 };
 
-/// Of what is chosen: `faces` times 2^12, and `set`.
+/// Of what is chosen: `faces` times 2^12, and `set`; or that edges or corners met.
 inline constexpr unsigned kSetOfChoice = (1u << kBoxCandidates) - 1;
+inline constexpr unsigned kEdgesOfChoice = 1u << 31;
 
 /// Signs of a quadrilateral's corners along e and f, and x and y, in order.
 inline constexpr double kSignX[4] = {1, -1, -1, 1};

@@ -74,7 +74,10 @@ BoxBatch::BoxBatch(MadeManifolds& made, int lanes) : made_(made), kernels_(box_k
 void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin,
                    double foresight, std::uint64_t choice) {
   const int lane = waiting_++;
-  waits_[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
+  const bool met_by_edges = choice == kEdgesOfChoice;
+  waits_[static_cast<std::size_t>(lane)] = {key,     &A.shape, &B.shape,    &A.X_WB,
+                                            &B.X_WB, margin,   met_by_edges};
+  if (met_by_edges) choice = 0;
   BoxPairBlock& b = pair_block_;
   const Vector d = B.X_WB.x - A.X_WB.x;
   set(b.h_A, lane, A.shape.parameters.data());

@@ -129,7 +129,8 @@ struct Extent {
 };
 
 /// The four of last time, if they are all there, nearly as deep as any and spread nearly as far;
-/// the deepest of them then stands for the deepest of all. Else another four.
+/// the deepest of them then stands for the deepest of all, as `lower` has it (box_facing.cpp). Else
+/// another four.
 template <class V>
 CRADLE_LANES V choose_four_again(const FacePoints<V>& points, BoxFaceBlock& b, int lane,
                                  const V& slack) {
@@ -156,12 +157,10 @@ CRADLE_LANES V choose_four_again(const FacePoints<V>& points, BoxFaceBlock& b, i
   const auto stay = (last_faces == faces) & (count == 4 * one) &
                     (deeper <= kTolerances.last_four_depth * slack) & (last_width >= least_x) &
                     (last_depth >= least_y);
-  const V stays = stay ? one : none;
-  V is_first = stays;
+  const V stays = stay ? one : none, lower = stay ? deeper : none;
   for (int c = 0; c < kBoxCandidates; ++c) {
-    const auto is_deepest = (is_first > none) & (was_last[c] > none) & (points.z[c] <= last_z.low);
-    store(b.z[c] + lane, is_deepest ? z.low : points.z[c]);
-    is_first = is_deepest ? none : is_first;
+    const V share = larger<V>(one - (points.z[c] - last_z.low) / slack, none);
+    store(b.z[c] + lane, was_last[c] > none ? points.z[c] - lower * share : points.z[c]);
   }
   return any<V>(stays == none)
              ? (stay ? last : choose_four<V>(points, kTolerances.carrying_gap * slack))

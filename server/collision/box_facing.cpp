@@ -41,6 +41,16 @@ ContactPoint* deepest(Manifold& manifold) {
                       : &*std::ranges::min_element(begin, end, {}, &ContactPoint::separation);
 }
 
+/// Puts the deepest point lower by `missed`, and others the less, the more they are above it: else
+/// separations would jump where another becomes the deepest.
+void lower(Manifold& manifold, double missed, double slack) {
+  const double least = deepest(manifold)->separation;
+  for (int k = 0; k < manifold.count; ++k) {
+    double& separation = manifold.points[static_cast<std::size_t>(k)].separation;
+    separation -= missed * std::max(0.0, 1 - (separation - least) / slack);
+  }
+}
+
 /// How far a point over a face across `axis` is from its sides.
 double inside_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p_W) {
   const Vector p = X_WB.R.transpose() * (p_W - X_WB.x);
@@ -150,8 +160,8 @@ bool BoxBatch::Facing::counts(Manifold& at_face, double& missed) const {
     }
   }
   const double allowed = slack + kTolerances.edge_bias_per_depth * std::max(0.0, -s);
-  if (!(missed <= allowed)) return false;
-  point->separation = s;
+  if (!(missed <= (stays_by_edges() ? kTolerances.tie_m : allowed))) return false;
+  lower(at_face, missed, slack);
   return true;
 }
 
@@ -203,8 +213,22 @@ bool BoxBatch::Facing::meet_by_edges(Manifold& manifold) const {
   if (!(block.s_edge[lane] > block.least_edge[lane])) return false;
   manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
   if (manifold.count == 0) return false;
+  manifold.choice = kEdgesOfChoice;
   add_rest_of_faces(manifold);
   return true;
+}
+
+/// What is nearest where no face counts: corners or edges of boxes apart, edges of others.
+void BoxBatch::Facing::meet_beside_faces(Manifold& manifold) const {
+  if (!is_apart()) {
+    manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
+  } else if (!meet_corners(axes_of(block, lane), *pair.X_WA, pair.margin, manifold)) {
+    manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
+    manifold.lead = manifold.count > 0 ? -1 : pair.margin;
+  }
+  if (manifold.count == 0) return;
+  manifold.choice = kEdgesOfChoice;
+  add_rest_of_faces(manifold);
 }
 
 /// Sets the contact along the preferred face, if that counts; else takes that along the other one,
@@ -223,15 +247,8 @@ void BoxBatch::Facing::meet(Manifold& manifold) const {
       alone(!on_A(), own, manifold).counts(manifold, missed)) {
     return;
   }
-  if (is_apart()) {
-    if (!meet_corners(axes_of(block, lane), *pair.X_WA, pair.margin, manifold)) {
-      manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
-      manifold.lead = manifold.count > 0 ? -1 : pair.margin;
-    }
-    if (manifold.count > 0) add_rest_of_faces(manifold);
-  } else if (s_edge > std::max(s_A, s_B)) {
-    manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
-    if (manifold.count > 0) add_rest_of_faces(manifold);
+  if (is_apart() || s_edge > std::max(s_A, s_B)) {
+    meet_beside_faces(manifold);
   } else {
     alone(s_B <= s_A, own, manifold);
   }

@@ -144,7 +144,7 @@ void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const 
 }
 
 void unpack(ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
-  blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 1.1, 0},
+  blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 0},
                 [](std::size_t, const BlockRun&) {});
   for (ContactConstraint* c : all) {
     for (ConstraintPoint& p : c->used()) {

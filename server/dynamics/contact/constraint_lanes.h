@@ -73,7 +73,7 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& fill
     number = number + (is_there ? one : zero);
     const V gap = r[3];
     load_numbers(r, c.lines + lane, begin + Lines::kLoad);
-    const V load = larger<V>(smaller<V>(r[3], r[2] * r[4]) - r[7], zero);  // beyond rest_load
+    const V load = larger<V>(smaller<V>(r[3], filling.excess * (r[2] * r[4])) - r[7], zero);  // beyond rest_load
     const V s0 = is_there ? gap - preload * load : zero;
     store(c.s0[i] + lane, s0);
     store(c.s[i] + lane, s0);
@@ -99,8 +99,8 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& fill
 /// What presses lasts, or grows: soft_batch.cpp.
 template <class V>
 CRADLE_LANES V press_after(const V& before, const V& now, const BlockTaking& taking) {
-  const V low = smaller<V>(before, larger<V>(taking.decay * before, taking.excess * now));
-  return before == V{} ? now : smaller<V>(larger<V>(now, low), taking.growth * before);
+  const V next = smaller<V>(larger<V>(now, taking.decay * before), taking.growth * before);
+  return before == V{} ? now : next;
 }
 
 template <class V, int points>

@@ -5,6 +5,7 @@
 /// mass.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -61,6 +62,9 @@ struct BodyArrays {
   }
 };
 
+/// A force may fall by so much before less is preloaded.
+inline constexpr double kPreloadExcess = 1.1;
+
 // Kernels read and write whole lines of eight numbers of it, here and below: contact_block.h says
 // which.
 struct alignas(64) ConstraintPoint {
@@ -82,6 +86,10 @@ struct alignas(64) ConstraintPoint {
   double lambda = 0;     ///< normal impulse of a sub-step, >= 0
   double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane
   Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
+
+  /// m/s^2: what a preload goes by. Not the force itself: one that is preloaded by what it was a
+  /// tick ago drives what sways ("heaps come to rest").
+  double lasting_load() const { return std::min(press, kPreloadExcess * force * K_normal); }
 
   /// m, as the method sees it that lets a load of 1 m/s^2 sink in by `give`, s^2.
   double gap(double give) const { return s0 - rest_m - give * rest_load; }

@@ -55,7 +55,8 @@ bool may_rest(const ContactConstraint& c, double give) {
   double normal = 0;
   bool may = !c.is_ahead;
   for (const ConstraintPoint& p : c.used()) {
-    const double gap = p.gap(give) + give * p.force * p.K_normal;
+    const double preload = c.preload * std::max(p.lasting_load() - p.rest_load, 0.0);
+    const double gap = p.gap(give) + give * (p.force * p.K_normal - preload);
     normal += p.force;
     may &= p.force > 0 ? std::abs(gap) <= kTolerances.sag_m : gap >= -kTolerances.sag_m;
     may &= p.force_t.norm() <= kSlack * c.friction * p.force;
@@ -105,7 +106,7 @@ void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
     const ContactConstraint& c = *of;
     const std::size_t island = groups.of(c);
     if (rests_[island] == 0) continue;
-    const double give = groups.give[island] * (1 - c.preload);
+    const double give = groups.give[island];
     const bool is_driven = !is_still(bodies, index(c.a)) || !is_still(bodies, index(c.b));
     if (is_driven || !may_rest(c, give)) rests_[island] = 0;
     add_contact(c, groups);

@@ -50,10 +50,9 @@ constexpr int kSweepsToPart = 2;
 /// A load that lasts grows by this factor a tick at most: a blow is none. Weights are felt in full
 /// after a few ticks.
 constexpr double kPressGrowth = 1.5;
-/// And falls by this one, but not to less than kPressExcess times what it is: sub-steps that change
-/// move what rests, which changes loads ("in the plane a stack of ten boxes").
+/// And falls by this one: sub-steps that change move what rests, which changes loads ("in the plane
+/// a stack of ten boxes").
 constexpr double kPressDecay = 0.99;
-constexpr double kPressExcess = 1.1;
 
 constexpr int kConstraintsWorthAThread = 128;  // of some nanoseconds each
 
@@ -66,8 +65,7 @@ int relaxing_sweeps(Past past, int sub_step) {
 double press_after(const ConstraintPoint& p) {
   const double now = p.force * p.K_normal;
   if (p.press == 0) return now;
-  const double low = std::min(p.press, std::max(kPressDecay * p.press, kPressExcess * now));
-  return std::clamp(now, low, kPressGrowth * p.press);
+  return std::clamp(now, kPressDecay * p.press, kPressGrowth * p.press);
 }
 
 /// Takes note of what presses; `sag`: the largest so far, m. `give`: softness.h.
@@ -125,7 +123,7 @@ void SoftBatch::take_results(double give) {
     kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
   };
   sag_m_ = blocks_.unpack(*executor_, *kernels_,
-                          {step_.h, kPressGrowth, kPressDecay, kPressExcess, give}, judge);
+                          {step_.h, kPressGrowth, kPressDecay, give}, judge);
   residual_ = {};
   for (const ContactTally& tally : tallies_) residual_.add(tally);
   for (ContactConstraint* c : singles_) {

@@ -109,6 +109,19 @@ void write_manifold(const Vector& n, const Pose& X_WS, double same_place, Room& 
   }
 }
 
+/// Gives manifolds of one direction numbers by the names of their points: the deepest may be
+/// another one in the next tick.
+void number(std::uint64_t part, std::span<Manifold> manifolds) {
+  const auto first_name = [](const Manifold& m) {
+    const auto begin = m.points.begin(), end = begin + m.count;
+    return std::ranges::min_element(begin, end, {}, &ContactPoint::feature)->feature;
+  };
+  std::ranges::sort(manifolds, {},
+                    [&](const Manifold& m) { return std::pair(m.part, first_name(m)); });
+  std::array<std::uint32_t, 12> used{};
+  for (Manifold& m : manifolds) m.part = part | m.part << 28 | used[m.part]++;
+}
+
 /// Groups the contacts, the deepest first, which gives its group the normal.
 void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
            std::vector<Manifold>& manifolds) {
@@ -119,7 +132,7 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
   std::sort(room.order.begin(), room.order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return std::pair(all[a].separation, a) < std::pair(all[b].separation, b);
   });
-  std::array<std::uint32_t, 12> used{};
+  const std::size_t first = manifolds.size();
   while (!room.order.empty()) {
     const Vector n = all[room.order.front()].normal;
     room.members.clear();
@@ -137,12 +150,12 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
       return true;
     });
     room.order.erase(rest, room.order.end());
-    const std::uint64_t code = code_of(n);
     Manifold manifold;
-    manifold.part = part | code << 28 | used[code]++;
+    manifold.part = code_of(n);
     write_manifold(n, X_WS, same_place, room, manifold);
     manifolds.push_back(manifold);
   }
+  number(part, std::span(manifolds).subspan(first));
 }
 
 struct NearestTriangle {

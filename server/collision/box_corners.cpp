@@ -122,7 +122,7 @@ std::pair<double, double> stretch(const Vector& p, const Vector& e, const Vector
   return {first, last};
 }
 
-constexpr std::uint32_t kNearest = 14u << 12, kOtherEnd = 13u << 12;
+constexpr std::uint32_t kOtherEnd = 13u << 12;
 
 /// The other end of an edge of B that lies along A's face across `axis`, as far as both go; or of
 /// an edge of A along B's face. `d` is the way from A's edge to B's.
@@ -176,7 +176,7 @@ bool meet_corners(const BoxAxes& boxes, const Pose& X_WA, double margin, Manifol
   manifold.count = 1;
   manifold.normal_W = X_WA.R * (d / distance);
   manifold.points[0] = {X_WA.x + X_WA.R * (points.a + 0.5 * d), distance,
-                        kNearest | PartOfBox(points.a, boxes.h_A).name() << 6 |
+                        kNoFace | PartOfBox(points.a, boxes.h_A).name() << 6 |
                             PartOfBox(points.q, boxes.h_B).name()};
   if (is_along) {
     add_other_end(points, flush_A >= 0, std::max(flush_A, flush_B), d, margin, X_WA, manifold);

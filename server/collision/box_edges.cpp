@@ -51,7 +51,6 @@ Manifold meet_edges(const BoxAxes& boxes, const Pose& X_WA) {
 
   Manifold manifold;
   if (axis.s > 0 && (q - p).norm() > axis.s + kTolerances.tie_m) return manifold;
-  constexpr std::uint32_t kNoFace = 15u << 12;
   manifold.normal_W = X_WA.R * n;
   manifold.count = 1;
   manifold.lead = -1;  // turns with both boxes, the more the less the edges cross

@@ -16,5 +16,8 @@ void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifol
 constexpr std::uint32_t name_of(std::uint32_t common_bits, std::uint32_t any_bits) {
   return common_bits << 3 | any_bits;
 }
+/// Of features that are none of a reference face and another: what is nearest, A's name times 2^6
+/// and B's; the same whether the boxes are apart or overlap.
+constexpr std::uint32_t kNoFace = 15u << 12;
 
 }  // namespace cradle

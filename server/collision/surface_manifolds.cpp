@@ -49,6 +49,7 @@ struct Room {
   std::vector<std::uint32_t> order;  ///< of contacts, the deepest first
   std::vector<std::uint32_t> members;
   std::vector<Candidate> candidates;
+  std::vector<std::uint64_t> parts;  ///< of manifolds
 };
 
 /// Whether `c` is on the line between two others of one manifold, and no deeper than it is there.
@@ -110,16 +111,21 @@ void write_manifold(const Vector& n, const Pose& X_WS, double same_place, Room& 
 }
 
 /// Gives manifolds of one direction numbers by the names of their points: the deepest may be
-/// another one in the next tick.
-void number(std::uint64_t part, std::span<Manifold> manifolds) {
-  const auto first_name = [](const Manifold& m) {
+/// another one in the next tick. `part` of each is its direction until then.
+void number(std::uint64_t part, Room& room, std::span<Manifold> manifolds) {
+  const auto name = [](const Manifold& m) {
     const auto begin = m.points.begin(), end = begin + m.count;
-    return std::ranges::min_element(begin, end, {}, &ContactPoint::feature)->feature;
+    return std::pair(std::ranges::min_element(begin, end, {}, &ContactPoint::feature)->feature, &m);
   };
-  std::ranges::sort(manifolds, {},
-                    [&](const Manifold& m) { return std::pair(m.part, first_name(m)); });
-  std::array<std::uint32_t, 12> used{};
-  for (Manifold& m : manifolds) m.part = part | m.part << 28 | used[m.part]++;
+  std::vector<std::uint64_t>& parts = room.parts;
+  parts.clear();
+  for (const Manifold& m : manifolds) {
+    const auto before = std::ranges::count_if(manifolds, [&](const Manifold& other) {
+      return other.part == m.part && name(other) < name(m);
+    });
+    parts.push_back(part | m.part << 28 | static_cast<std::uint64_t>(before));
+  }
+  for (std::size_t k = 0; k < parts.size(); ++k) manifolds[k].part = parts[k];
 }
 
 /// Groups the contacts, the deepest first, which gives its group the normal.
@@ -155,7 +161,7 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
     write_manifold(n, X_WS, same_place, room, manifold);
     manifolds.push_back(manifold);
   }
-  number(part, std::span(manifolds).subspan(first));
+  number(part, room, std::span(manifolds).subspan(first));
 }
 
 struct NearestTriangle {

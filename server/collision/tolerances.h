@@ -39,7 +39,7 @@ struct CollisionTolerances {
   /// points of a swaying, flush stack keep their names. And a face still counts where the other box
   /// reaches this much deeper beside it than over it, and where edges part the boxes but they
   /// overlap along its normal by less. Test: "a flush stack keeps its features while it sways",
-  /// "heaps of cubes come to rest, or nearly".
+  /// "heaps of cubes come to rest".
   double clip_slack_m = 1e-3;
 
   /// Cosine of the angle to the normal up to which faces beside an edge or corner that touches are
@@ -52,7 +52,7 @@ struct CollisionTolerances {
 
   /// Of the slack, and of the face that meets: the four points that stood for it last time do so
   /// again while none is deeper than they are by more than this, and they reach so far. Test:
-  /// "heaps of cubes come to rest, or nearly".
+  /// "heaps of cubes come to rest".
   double last_four_depth = 0.5, last_four_spread = 0.8;
   /// Of the slack. Points with a gap larger than that of the deepest by more than this carry
   /// nothing: when four of more are chosen they count so much less. Same test.

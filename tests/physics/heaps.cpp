@@ -53,25 +53,29 @@ TEST_CASE("cubes that fall on each other do not turn into each other") {
   }
 }
 
-TEST_CASE("heaps of cubes come to rest, or nearly") {
-  // More than half of them moved by 1 mm/s for good: contacts changed between a face and edges in
-  // every tick, or which four of eight points stood for a face, and forgot what they had carried.
-  // A quarter did still while the four were chosen anew in each tick, by area alone: 255 of these.
-  int cubes = 0, moving = 0;
+TEST_CASE("heaps of cubes come to rest") {
+  // All of them, so that nothing is left to be done. What kept them in motion for good, each with a
+  // period of a few ticks: contacts that changed between a face and edges, or which of a face's
+  // points stood for it, and forgot what they had carried; points that took turns to stand for what
+  // overlaps beside them; and a preload that followed the force of the tick before.
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     World world(settings());
     add_heap(world, 6, 10, seed);
-    steps(world, 1600);
+    StepReport report;
+    int ticks = 0;
+    do {
+      report = world.step();
+    } while (++ticks < 1600 &&
+             (ticks < 200 || report.body_sub_steps + report.islands_by_newton > 0));
+    CAPTURE(seed);
+    CHECK(ticks < 1600);
     std::vector<BodyState> states;
     world.snapshot(states);
     for (const BodyState& body : states) {
-      cubes += body.kind == BodyKind::dynamic ? 1 : 0;
-      moving += norm(body.v_WBcm) > 1e-3 ? 1 : 0;
+      REQUIRE(norm(body.v_WBcm) == 0);
+      REQUIRE(norm(body.w_WB) == 0);
     }
   }
-  CAPTURE(moving);
-  REQUIRE(cubes == 1080);
-  CHECK(moving * 20 < cubes);
 }
 
 TEST_CASE(

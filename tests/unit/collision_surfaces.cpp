@@ -293,6 +293,34 @@ TEST_CASE("neighbours that are nearly in one plane make one manifold") {
   }
 }
 
+TEST_CASE("manifolds of one direction keep their numbers when another one is the deepest") {
+  // Numbered by depth, two that took turns gave each other what their points had carried.
+  const GeometryPointer ground = mesh_of(terrain(2, 4.0, 0, [](double x, double y) {
+                                   return 0.02 * std::abs(x) + 0.2 * y;
+                                 })).geometry;
+  const Solid box(Shape::box({0.5, 0.5, 0.5}));
+  std::map<std::uint32_t, std::uint64_t> parts[2];
+  std::uint32_t first[2];
+  for (const std::size_t side : {0u, 1u}) {
+    Pose X{{0, 0, 0},
+           (Eigen::AngleAxisd(std::atan(0.2), Vector::UnitX()) *
+            Eigen::AngleAxisd(side == 0 ? 1e-5 : -1e-5, Vector::UnitY()))
+               .toRotationMatrix()};
+    X.x = 0.508 * X.R.col(2);
+    const std::vector<Manifold> manifolds = touch(solid_of(ground), {}, box, X);
+    REQUIRE(manifolds.size() == 2);
+    CHECK(manifolds[0].part >> 28 == manifolds[1].part >> 28);
+    first[side] = manifolds[0].points[0].feature;
+    for (const Manifold& m : manifolds) {
+      for (int k = 0; k < m.count; ++k) {
+        parts[side][m.points[static_cast<std::size_t>(k)].feature] = m.part;
+      }
+    }
+  }
+  CHECK(first[0] != first[1]);  // the deepest is the other one
+  CHECK(parts[0] == parts[1]);
+}
+
 TEST_CASE("an open mesh lets through what comes from behind, a closed one and a field do not") {
   const Solid sheet = solid_of(mesh_of(terrain(8, 0.5, 0.3, flat)).geometry);
   const Solid field = solid_of(make_height_field(9, 9, 4, 4, std::vector<double>(81, 0)).geometry);

@@ -175,9 +175,9 @@ bool meet_corners(const BoxAxes& boxes, const Pose& X_WA, double margin, Manifol
   manifold.lead = -1;
   manifold.count = 1;
   manifold.normal_W = X_WA.R * (d / distance);
-  manifold.points[0] = {X_WA.x + X_WA.R * (points.a + 0.5 * d), distance,
-                        kNoFace | PartOfBox(points.a, boxes.h_A).name() << 6 |
-                            PartOfBox(points.q, boxes.h_B).name()};
+  manifold.points[0] = {
+      X_WA.x + X_WA.R * (points.a + 0.5 * d), distance,
+      kNoFace | PartOfBox(points.a, boxes.h_A).name() << 6 | PartOfBox(points.q, boxes.h_B).name()};
   if (is_along) {
     add_other_end(points, flush_A >= 0, std::max(flush_A, flush_B), d, margin, X_WA, manifold);
   }

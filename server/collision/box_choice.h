@@ -159,7 +159,8 @@ CRADLE_LANES V choose_four_again(const FacePoints<V>& points, BoxFaceBlock& b, i
                     (last_depth >= least_y);
   const V stays = stay ? one : none, lower = stay ? deeper : none;
   for (int c = 0; c < kBoxCandidates; ++c) {
-    const V share = larger<V>(one - (points.z[c] - last_z.low) / slack, none);
+    const V share =
+        larger<V>(one - (points.z[c] - last_z.low) / (kTolerances.as_deep * slack), none);
     store(b.z[c] + lane, was_last[c] > none ? points.z[c] - lower * share : points.z[c]);
   }
   return any<V>(stays == none)

@@ -44,10 +44,11 @@ ContactPoint* deepest(Manifold& manifold) {
 /// Puts the deepest point lower by `missed`, and others the less, the more they are above it: else
 /// separations would jump where another becomes the deepest.
 void lower(Manifold& manifold, double missed, double slack) {
+  const double near = kTolerances.as_deep * slack;
   const double least = deepest(manifold)->separation;
   for (int k = 0; k < manifold.count; ++k) {
     double& separation = manifold.points[static_cast<std::size_t>(k)].separation;
-    separation -= missed * std::max(0.0, 1 - (separation - least) / slack);
+    separation -= missed * std::max(0.0, 1 - (separation - least) / near);
   }
 }
 

@@ -44,9 +44,10 @@ double energy_J(const World& world) {
   return totals.kinetic_energy_J + totals.potential_energy_J;
 }
 
-/// Whatever the method: what soft steps have brought to rest may wait for Newton's.
+/// Nothing was to be solved; or what soft steps have brought to rest waits for Newton's method.
 bool all_rest(const StepReport& report) {
-  return report.body_sub_steps == 0 && report.islands_by_newton == 0;
+  return report.islands == report.islands_at_rest ||
+         (report.body_sub_steps == 0 && report.islands_by_newton == 0);
 }
 bool are_at_once(const StepReport& report) {
   return report.islands == report.islands_at_rest + report.islands_by_newton;

@@ -58,10 +58,10 @@ struct CollisionTolerances {
   /// nothing: when four of more are chosen they count so much less. Same test.
   double carrying_gap = 0.01, gap_weight = 0.01;
 
-  /// Of the slack. What overlaps most may be beside the points that stand for it: the deepest of them
-  /// stands for all of that, others for the less, the higher they are, up to this. With four times
-  /// as much heaps of 2000 come to rest sooner, and gain a tenth more energy from overlaps as they
-  /// fall. Test: "a point's separation does not jump where another becomes the deepest".
+  /// Of the slack. What overlaps most may be beside the points that stand for it: the deepest of
+  /// them stands for all of that, others for the less, the higher they are, up to this. With four
+  /// times as much heaps of 2000 come to rest sooner, and gain a tenth more energy from overlaps as
+  /// they fall. Test: "a point's separation does not jump where another becomes the deepest".
   double as_deep = 0.25;
 
   /// m. When four of more points are chosen, depths and distances closer than this count as equal,

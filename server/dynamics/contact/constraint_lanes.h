@@ -73,7 +73,8 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& fill
     number = number + (is_there ? one : zero);
     const V gap = r[3];
     load_numbers(r, c.lines + lane, begin + Lines::kLoad);
-    const V load = larger<V>(smaller<V>(r[3], filling.excess * (r[2] * r[4])) - r[7], zero);  // beyond rest_load
+    const V load = larger<V>(smaller<V>(r[3], filling.excess * (r[2] * r[4])) - r[7],
+                             zero);  // beyond rest_load
     const V s0 = is_there ? gap - preload * load : zero;
     store(c.s0[i] + lane, s0);
     store(c.s[i] + lane, s0);

@@ -109,13 +109,13 @@ struct BlockFilling {
   const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz, inverse mass
   double h;                   ///< s, of a sub-step
   double give;                ///< s^2: softness.h
-  double excess;  ///< ConstraintPoint::lasting_load
+  double excess;              ///< ConstraintPoint::lasting_load
 };
 /// How constraints take their results.
 struct BlockTaking {
-  double h;                      ///< s, of a sub-step
+  double h;              ///< s, of a sub-step
   double growth, decay;  ///< of what presses: soft_batch.cpp
-  double give;                   ///< s^2: softness.h
+  double give;           ///< s^2: softness.h
 };
 
 struct ContactKernels {

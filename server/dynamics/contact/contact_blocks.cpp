@@ -219,7 +219,8 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     block.b_out[lane] = bodies.yields(b) ? b : waste;
     for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
   }
-  kernels.gather({&block, 1, run.points, run.joint}, {bodies.responses(), h, give_of(1, h), kPreloadExcess});
+  kernels.gather({&block, 1, run.points, run.joint},
+                 {bodies.responses(), h, give_of(1, h), kPreloadExcess});
 }
 
 void ContactBlocks::note_places(const BodyLines& bodies) {

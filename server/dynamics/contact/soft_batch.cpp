@@ -122,8 +122,7 @@ void SoftBatch::take_results(double give) {
   const auto judge = [this](std::size_t part, const BlockRun& run) {
     kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
   };
-  sag_m_ = blocks_.unpack(*executor_, *kernels_,
-                          {step_.h, kPressGrowth, kPressDecay, give}, judge);
+  sag_m_ = blocks_.unpack(*executor_, *kernels_, {step_.h, kPressGrowth, kPressDecay, give}, judge);
   residual_ = {};
   for (const ContactTally& tally : tallies_) residual_.add(tally);
   for (ContactConstraint* c : singles_) {

@@ -31,6 +31,9 @@ using Eigen::VectorXd;
 /// The first directions, unit vectors along t1 and t2, a column a point.
 using Ways = Eigen::Matrix2Xd;
 
+/// Of another basis: by what gives more, when rounding loses that one, too.
+constexpr double kMoreGive = 10;
+
 /// From one direction to the next, of 4, 8, 16, ..; by roots alone, for the same bits everywhere.
 Eigen::Matrix2d turn_of(int directions) {
   double cosine = 0;
@@ -108,7 +111,7 @@ CoulombLcpSolution solve_by_lcp(const CoulombProblem& problem, const CoulombLcpS
     const int directions = is_planar ? 2 : settings.directions;
     const MatrixXd D = friction_directions(problem, directions, ways);
     LcpSolution found;
-    for (const double give : {0.0, settings.give}) {
+    for (const double give : {0.0, settings.give, kMoreGive * settings.give}) {
       found = solve_polyhedral(scaled.problem, D, give, impulses);
       best.pivots += found.pivots;
       if (found.status == LcpStatus::solved || settings.give == 0) break;

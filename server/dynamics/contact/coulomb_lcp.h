@@ -16,7 +16,7 @@ struct CoulombLcpSettings {
   double residual = 1e-12;
   /// Added to K of each point along n, by K, where pivots find nothing without it: redundant points
   /// leave W singular, and its degenerate bases are lost to rounding ("a stack by pivots"). 0: no
-  /// second try.
+  /// second try; else there is a third, with ten times as much.
   double give = 0;
 };
 

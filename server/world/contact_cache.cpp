@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <utility>
 
 namespace cradle {
@@ -17,19 +16,30 @@ constexpr double kMayPull = 0.05;
 /// Constraints that one thread stores at a time.
 constexpr std::size_t kChunk = 256;
 
-std::size_t entries_of(const ContactConstraint& c) {
-  return static_cast<std::size_t>(c.count) + (c.turns_heavily() ? 1 : 0);
+/// Entries of a constraint, at most.
+constexpr std::size_t kEntries = kManifoldPoints + 1;
+
+/// Whether its points remember nothing but that they are not new.
+bool is_idle(const ContactConstraint& c) {
+  return std::ranges::all_of(c.used(), [](const ConstraintPoint& p) {
+    return p.force == 0 && p.press == 0 && p.rest_m == 0 && p.rest_load == 0;
+  });
 }
 
 /// Returns where the next entry goes.
 CachedForce* write(const ContactConstraint& c, std::span<const std::int64_t> ids,
                    CachedForce* next) {
   const std::int64_t a = ids[static_cast<std::size_t>(c.a)], b = ids[static_cast<std::size_t>(c.b)];
-  for (const ConstraintPoint& p : c.used()) {
-    *next++ = {
-        a,       b,          c.part,   p.feature,   p.force,
-        p.press, p.K_normal, p.rest_m, p.rest_load, p.force_t.x() * c.t1 + p.force_t.y() * c.t2,
-        p.rA};
+  const Vector t2 = c.t2();
+  if (is_idle(c)) {
+    *next++ = {a, b, c.part, kIdleFeature, 0, 0, c.points[0].K_normal};
+  } else {
+    for (const ConstraintPoint& p : c.used()) {
+      *next++ = {
+          a,       b,          c.part,   p.feature,   p.force,
+          p.press, p.K_normal, p.rest_m, p.rest_load, p.force_t.x() * c.t1 + p.force_t.y() * t2,
+          p.rA};
+    }
   }
   if (c.turns_heavily()) {
     *next++ = {a, b, c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()};
@@ -46,22 +56,31 @@ std::span<ConstraintPoint>::iterator find(std::span<ConstraintPoint> points,
 
 ContactCache::Reader::Reader(const ContactCache& cache, std::span<const std::int64_t> ids,
                              std::int32_t a, std::int32_t b)
-    : ids_(ids), end_(cache.entries_.end()) {
+    : ids_(ids), entry_(cache.runs_) {
+  const auto name = [](const CachedForce& e) { return std::pair(e.a, e.b); };
   const auto pair = std::pair(ids[static_cast<std::size_t>(a)], ids[static_cast<std::size_t>(b)]);
-  entry_ = std::ranges::lower_bound(cache.entries_, pair, {},
-                                    [](const CachedForce& e) { return std::pair(e.a, e.b); });
+  const auto run = std::ranges::lower_bound(cache.runs_, pair, {},
+                                            [&](const Run& r) { return name(*(r.end - 1)); });
+  entry_ = Cursor(std::span(run, cache.runs_.end()));
+  if (entry_.is_end()) return;
+  entry_.go_to(std::ranges::lower_bound(run->begin, run->end, pair, {}, name));
 }
 
 void ContactCache::Reader::restore(ContactConstraint& c) {
   const auto pair =
       std::pair(ids_[static_cast<std::size_t>(c.a)], ids_[static_cast<std::size_t>(c.b)]);
-  while (entry_ != end_ && std::pair(entry_->a, entry_->b) < pair) ++entry_;
+  while (!entry_.is_end() && std::pair(entry_->a, entry_->b) < pair) ++entry_;
   int gone = 0, found = 0;
-  for (auto e = entry_; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
+  const Vector t2 = c.t2();
+  for (Cursor e = entry_; !e.is_end() && std::pair(e->a, e->b) == pair; ++e) {
     if (e->part != c.part) continue;
     c.is_known = true;
     if (e->feature == kTurningFeature) {
-      c.torque = e->friction;
+      if (c.turns_heavily()) c.torque = e->friction;
+      continue;
+    }
+    if (e->feature == kIdleFeature) {
+      for (ConstraintPoint& p : c.used()) p.K_normal = e->K_normal;
       continue;
     }
     const auto p = find(c.used(), e->feature);
@@ -75,7 +94,7 @@ void ContactCache::Reader::restore(ContactConstraint& c) {
     p->K_normal = e->K_normal;
     p->rest_m = e->rest_m;
     p->rest_load = e->rest_load;
-    p->force_t = {c.t1.dot(e->friction), c.t2.dot(e->friction)};
+    p->force_t = {c.t1.dot(e->friction), t2.dot(e->friction)};
   }
   if (gone > 0 && found < c.count) hand_on(c, entry_);
 }
@@ -83,19 +102,18 @@ void ContactCache::Reader::restore(ContactConstraint& c) {
 /// The least forces l_i >= 0 of the new points with  sum l_i (1, u_i, v_i) = sum of what is gone,
 /// u and v in the plane of contact:  l_i = (1, u_i, v_i) . y,  sum (1, u, v)(1, u, v)^T y = that
 /// sum.
-void ContactCache::Reader::hand_on(ContactConstraint& c,
-                                   std::vector<CachedForce>::const_iterator of_pair) {
+void ContactCache::Reader::hand_on(ContactConstraint& c, Cursor of_pair) {
   const auto pair = std::pair(of_pair->a, of_pair->b);
   std::array<ConstraintPoint*, kManifoldPoints> fresh{};
   std::size_t count = 0;
   for (ConstraintPoint& p : c.used()) fresh[count++] = &p;
   Vector gone = Vector::Zero(), friction = Vector::Zero();
-  const Vector origin = c.points[0].rA;
+  const Vector origin = c.points[0].rA, t2 = c.t2();
   const auto in_plane = [&](const Vector& arm) {
-    return Vector(1, c.t1.dot(arm - origin), c.t2.dot(arm - origin));
+    return Vector(1, c.t1.dot(arm - origin), t2.dot(arm - origin));
   };
   double press = 0;
-  for (auto e = of_pair; e != end_ && std::pair(e->a, e->b) == pair; ++e) {
+  for (Cursor e = of_pair; !e.is_end() && std::pair(e->a, e->b) == pair; ++e) {
     if (e->part != c.part || e->feature == kTurningFeature) continue;
     const auto p = find(c.used(), e->feature);
     if (p != c.used().end()) {
@@ -123,34 +141,51 @@ void ContactCache::Reader::hand_on(ContactConstraint& c,
   for (ConstraintPoint* p : points) {
     const double share = std::max(y.dot(in_plane(p->rA)), 0.0) / sum;
     p->force = share * gone[0];
-    p->force_t = share * Eigen::Vector2d(c.t1.dot(friction), c.t2.dot(friction));
+    p->force_t = share * Eigen::Vector2d(c.t1.dot(friction), t2.dot(friction));
     p->press = p->force > 0 ? press : 0;
   }
 }
 
 void ContactCache::store(Executor& executor, std::span<const std::int64_t> ids,
                          std::span<const ContactConstraint> constraints) {
-  begins_.resize(chunks_of(constraints.size(), kChunk) + 1);
-  begins_[0] = 0;
+  const std::size_t needed = kEntries * constraints.size();
+  if (room_.size() < needed) room_.resize(needed + needed / 4);
+  runs_.resize(chunks_of(constraints.size(), kChunk));
   for_chunks(executor, constraints.size(), kChunk,
              [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-               std::size_t& count = begins_[chunk + 1] = 0;
-               for (std::size_t k = begin; k < end; ++k) count += entries_of(constraints[k]);
+               Run& run = runs_[chunk];
+               run.begin = run.end = room_.data() + kEntries * begin;
+               for (std::size_t k = begin; k < end; ++k)
+                 run.end = write(constraints[k], ids, run.end);
              });
-  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
-  entries_.resize(begins_.back());
-  for_chunks(executor, constraints.size(), kChunk,
-             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-               CachedForce* next = entries_.data() + begins_[chunk];
-               for (std::size_t k = begin; k < end; ++k) next = write(constraints[k], ids, next);
-             });
+  std::erase_if(runs_, [](const Run& run) { return run.begin == run.end; });
+}
+
+void ContactCache::keep_first(std::size_t count) {
+  runs_.clear();
+  if (count > 0) runs_.push_back({room_.data(), room_.data() + count});
+}
+
+std::span<CachedForce> ContactCache::entries() {
+  CachedForce* end = room_.data();
+  for (const Run& run : runs_) {
+    end = run.begin == end ? run.end : std::copy(run.begin, run.end, end);
+  }
+  keep_first(static_cast<std::size_t>(end - room_.data()));
+  return {room_.data(), end};
+}
+
+void ContactCache::set(std::span<const CachedForce> entries) {
+  if (room_.size() < entries.size()) room_.resize(entries.size());
+  std::ranges::copy(entries, room_.begin());
+  keep_first(entries.size());
 }
 
 void ContactCache::forget(std::span<const std::int64_t> ids) {
   const auto is_among = [&](std::int64_t id) {
     return std::binary_search(ids.begin(), ids.end(), id);
   };
-  std::erase_if(entries_, [&](const CachedForce& e) { return is_among(e.a) || is_among(e.b); });
+  forget_if([&](const CachedForce& e) { return is_among(e.a) || is_among(e.b); });
 }
 
 }  // namespace cradle

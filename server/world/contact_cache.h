@@ -1,6 +1,7 @@
 /// What contacts remember from tick to tick: the forces that warm starting begins from.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,7 +13,8 @@ namespace cradle {
 
 /// One point's forces, by the ids of its bodies (a < b), and which of their parts and
 /// features meet. A contact with rolling or torsional friction has one more: kTurningFeature, with
-/// its torque (N m, in W) for friction.
+/// its torque (N m, in W) for friction. One that carries nothing, and rests nowhere, has a single
+/// one for all its points, kIdleFeature: in a heap that falls these are half of all.
 struct CachedForce {
   std::int64_t a = 0, b = 0;
   std::uint64_t part = 0;
@@ -27,16 +29,46 @@ struct CachedForce {
 };
 
 /// Of no point: their features have 32 bits.
-inline constexpr std::uint64_t kTurningFeature = ~std::uint64_t{0};
+inline constexpr std::uint64_t kTurningFeature = ~std::uint64_t{0},
+                               kIdleFeature = kTurningFeature - 1;
 
 /// Sorted by (a, b).
 class ContactCache {
+  /// Entries that one thread wrote: they lie apart.
+  struct Run {
+    CachedForce *begin, *end;
+  };
+  /// Goes through runs as if they were one.
+  class Cursor {
+   public:
+    explicit Cursor(std::span<const Run> runs) : runs_(runs) {
+      if (!is_end()) enter();
+    }
+    bool is_end() const { return runs_.empty(); }
+    const CachedForce& operator*() const { return *at_; }
+    const CachedForce* operator->() const { return at_; }
+    void operator++() {
+      if (++at_ == runs_.front().end) next();
+    }
+    void go_to(const CachedForce* at) { at_ = at; }
+
+   private:
+    void next() {
+      runs_ = runs_.subspan(1);
+      if (!is_end()) enter();
+    }
+    void enter() { at_ = runs_.front().begin; }
+
+    std::span<const Run> runs_;  // from that of `at_` on
+    const CachedForce* at_ = nullptr;
+  };
+
  public:
   /// Gives constraints, asked for in the order of (a, b), what their points carried last tick.
   class Reader {
    public:
     Reader(const ContactCache& cache, std::span<const std::int64_t> ids)
-        : ids_(ids), entry_(cache.entries_.begin()), end_(cache.entries_.end()) {}
+        : ids_(ids), entry_(cache.runs_) {}
     /// From the pair of slots (a, b) on.
     Reader(const ContactCache& cache, std::span<const std::int64_t> ids, std::int32_t a,
            std::int32_t b);
@@ -46,10 +78,10 @@ class ContactCache {
     void restore(ContactConstraint& c);
 
    private:
-    void hand_on(ContactConstraint& c, std::vector<CachedForce>::const_iterator of_pair);
+    void hand_on(ContactConstraint& c, Cursor of_pair);
 
     std::span<const std::int64_t> ids_;
-    std::vector<CachedForce>::const_iterator entry_, end_;
+    Cursor entry_;
   };
 
   /// Keeps what they carry now, and nothing else.
@@ -58,12 +90,22 @@ class ContactCache {
 
   /// Forgets the contacts of these bodies (ids ascending).
   void forget(std::span<const std::int64_t> ids);
+  template <class F>
+  void forget_if(F&& f) {
+    const std::span<CachedForce> all = entries();
+    keep_first(static_cast<std::size_t>(std::remove_if(all.begin(), all.end(), f) - all.begin()));
+  }
 
-  std::vector<CachedForce>& entries() { return entries_; }
+  /// All, side by side.
+  std::span<CachedForce> entries();
+  /// Others instead, from elsewhere.
+  void set(std::span<const CachedForce> entries);
 
  private:
-  std::vector<CachedForce> entries_;
-  std::vector<std::size_t> begins_;  // of parts of the constraints, among the entries
+  void keep_first(std::size_t count);
+
+  std::vector<CachedForce> room_;  // for the entries of all constraints, and more
+  std::vector<Run> runs_;          // of it, in use; none empty
 };
 
 }  // namespace cradle

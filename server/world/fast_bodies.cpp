@@ -344,7 +344,8 @@ void set_constraint(ContactConstraint& c, const Meeting& meeting, const Manifold
   // there.
   const Vector travel = meeting.time * (meeting.B.travel - meeting.A.travel);
   for (ConstraintPoint& p : c.used()) {
-    const Vector turned = meeting.time * (meeting.B.turn.cross(p.rB) - meeting.A.turn.cross(p.rA));
+    const Vector turned =
+        meeting.time * (meeting.B.turn.cross(c.rB(p)) - meeting.A.turn.cross(p.rA));
     p.s0 = p.s = std::max(p.s0, p.s0 - c.n.dot(travel + turned));
   }
 }

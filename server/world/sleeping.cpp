@@ -30,11 +30,13 @@ void wake(World::State& s, const std::vector<std::int64_t>& islands, Tick tick) 
   const auto is_among = [&](std::int64_t island) {
     return std::binary_search(islands.begin(), islands.end(), island);
   };
-  std::vector<CachedForce>& forces = s.contacts.entries();
+  const std::span<CachedForce> awake = s.contacts.entries();
+  std::vector<CachedForce> forces(awake.begin(), awake.end());
   for (const SleepingContact& contact : s.sleepers.contacts) {
     if (is_among(contact.island)) forces.push_back(contact.force);
   }
   std::stable_sort(forces.begin(), forces.end(), is_before);
+  s.contacts.set(forces);
   std::erase_if(s.sleepers.contacts, [&](const SleepingContact& c) { return is_among(c.island); });
 
   std::vector<std::int64_t> woken;
@@ -245,7 +247,7 @@ void put_by(World::State& s) {
     const std::int64_t island = sleeps(force.a, force.b);
     if (island != 0) s.sleepers.contacts.push_back({island, force});
   }
-  std::erase_if(s.contacts.entries(), [&](const CachedForce& f) { return sleeps(f.a, f.b) != 0; });
+  s.contacts.forget_if([&](const CachedForce& f) { return sleeps(f.a, f.b) != 0; });
   s.memory.put_by([&](std::int64_t a, std::int64_t b) { return sleeps(a, b) != 0; });
   s.sleepers.are_slots_known = false;
 }

@@ -139,16 +139,17 @@ struct World::State {
   FastBodies fast;
   ImpactStops stops;
   Ballistic balls;
-  std::vector<double> axial_shares;  ///< by slot, see BodyArrays
-  std::vector<ContactConstraint> constraints;
-  Overlaps overlaps;                         ///< of them
-  std::vector<Overlaps> overlaps_of_parts;   ///< likewise: of so many at a time
-  std::vector<Matrix> inverse_inertia_W;     ///< by slot, of bodies in contact
-  std::vector<std::int32_t> moving, driven;  ///< slots of bodies in contact
-  std::vector<std::int32_t> stirred;         ///< slots of those whose loads have just changed
-  std::vector<std::int32_t> shaken;          ///< of these, by much
-  std::vector<BodyLoad> pushed;              ///< room for `past_loads`
-  std::vector<Vector> x_start;               ///< of `moving`, in their order
+  std::vector<double> axial_shares;                     ///< by slot, see BodyArrays
+  std::vector<ContactConstraint> room_for_constraints;  ///< never less than was needed once
+  std::span<ContactConstraint> constraints;             ///< of `touching`, in their order
+  Overlaps overlaps;                                    ///< of them
+  std::vector<Overlaps> overlaps_of_parts;              ///< likewise: of so many at a time
+  std::vector<Matrix> inverse_inertia_W;                ///< by slot, of bodies in contact
+  std::vector<std::int32_t> moving, driven;             ///< slots of bodies in contact
+  std::vector<std::int32_t> stirred;  ///< slots of those whose loads have just changed
+  std::vector<std::int32_t> shaken;   ///< of these, by much
+  std::vector<BodyLoad> pushed;       ///< room for `past_loads`
+  std::vector<Vector> x_start;        ///< of `moving`, in their order
   std::vector<Rotation> q_start;
   std::vector<std::int32_t> dragged;    ///< slots of bodies with drag, ascending
   std::vector<std::uint8_t> is_sprung;  ///< by slot, in this tick, by a spring that acts; or empty
@@ -236,7 +237,8 @@ struct World::State {
     bodies.for_each_array(array);
     array("wrenches", wrenches);
     array("springs", springs);
-    array("contact forces", contacts.entries());
+    const std::span<CachedForce> forces = contacts.entries();
+    array("contact forces", forces);
     memory.for_each_array(array);
     scalar("gravity before", past_loads.gravity_W);
     array("loads before", past_loads.pushed);

@@ -365,7 +365,9 @@ void World::Steps::prepare(State& s, Executor& executor) {
            s.bodies.inverse_mass[index(touch.pair.b)] == 0;
   });
   turn_inertia(s);
-  s.constraints.resize(s.touching.size());
+  const std::size_t count = s.touching.size();
+  if (s.room_for_constraints.size() < count) s.room_for_constraints.resize(count + count / 4);
+  s.constraints = std::span(s.room_for_constraints).first(count);
   s.overlaps_of_parts.resize(chunks_of(s.touching.size(), kConstraints));
   const BodyArrays bodies = s.arrays();
   for_chunks(executor, s.touching.size(), kConstraints,

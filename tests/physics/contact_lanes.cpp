@@ -108,8 +108,7 @@ struct Tangle {
   void add_contact_of(std::int32_t a, std::int32_t b, int points) {
     Manifold manifold;
     manifold.normal_W = random_vector(random, 1).normalized();
-    Vector t1, t2;
-    tangents(manifold.normal_W, t1, t2);
+    const Vector t1 = tangent(manifold.normal_W), t2 = manifold.normal_W.cross(t1);
     manifold.count = points;
     const Vector centre = random_vector(random, 1);
     for (int i = 0; i < points; ++i) {
@@ -162,7 +161,7 @@ void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
   for (ContactConstraint& c : constraints) all.push_back(&c);
   pack(blocks, all, bodies);
   for (const BlockRun& run : blocks.runs()) {
-    kernels.prepare(run, kStep.soft);
+    kernels.prepare(run, kStep.soft, bodies.velocities());
     kernels.warm_start(run, bodies.velocities());
   }
   for (const BlockRun& run : blocks.runs()) kernels.solve(run, kStep, bodies.velocities());
@@ -258,7 +257,7 @@ TEST_CASE("points that carry together are solved at once") {
     pack(blocks, all, bodies);
     for (const BlockRun& run : blocks.runs()) {
       CHECK(run.joint);
-      contact_kernels_of(0).prepare(run, kStep.soft);
+      contact_kernels_of(0).prepare(run, kStep.soft, bodies.velocities());
       contact_kernels_of(0).solve(run, kStep, bodies.velocities());
     }
     unpack(blocks, all);
@@ -325,7 +324,7 @@ TEST_CASE("rolling and torsional friction stop what bodies will turn by, when th
       return bodies.tumbles(bodies.line(slot)) ? Vector(turn * line) : line;
     };
     const auto slip = [&]() -> Vector {
-      return bodies.v(bodies.line(c.b)) + w(c.b, c.turn_B).cross(c.points[0].rB) -
+      return bodies.v(bodies.line(c.b)) + w(c.b, c.turn_B).cross(c.rB(c.points[0])) -
              bodies.v(bodies.line(c.a)) - w(c.a, c.turn_A).cross(c.points[0].rA);
     };
     const Vector before = slip();

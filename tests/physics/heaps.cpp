@@ -84,7 +84,7 @@ TEST_CASE(
   ContactConstraint before;
   before.b = 1;
   before.n = Vector::UnitZ();
-  tangents(before.n, before.t1, before.t2);
+  before.t1 = tangent(before.n);
   before.count = 4;
   std::mt19937_64 random(5);
   const auto torque = [](const ContactConstraint& c) {
@@ -131,7 +131,7 @@ TEST_CASE(
     p.feature += 20;
   }
   after.n = Vector::UnitX();
-  tangents(after.n, after.t1, after.t2);
+  after.t1 = tangent(after.n);
   ContactCache cache;
   cache.store(serial_executor, ids, std::array{before});
   ContactCache::Reader(cache, ids).restore(after);

@@ -57,7 +57,7 @@ struct Standing {
   Vector force(std::size_t k) const {
     const ContactConstraint& c = contact[0];
     const ConstraintPoint& p = c.points[k];
-    return p.force * c.n + p.force_t.x() * c.t1 + p.force_t.y() * c.t2;
+    return p.force * c.n + p.force_t.x() * c.t1 + p.force_t.y() * c.t2();
   }
 };
 

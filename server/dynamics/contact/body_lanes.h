@@ -25,9 +25,11 @@ CRADLE_LANES LineRows<V> load_run(const BodyLine* lines) {
   return rows;
 }
 template <class V>
-CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Triple<V>& angular) {
+CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Triple<V>& angular,
+                            const V& inverse_mass = V{}, const V& inverse_moment = V{}) {
   constexpr int n = kLanes<V>;
-  V rows[kLineDoubles] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z, V{}, V{}};
+  V rows[kLineDoubles] = {linear.x,  linear.y,  linear.z,     angular.x,
+                          angular.y, angular.z, inverse_mass, inverse_moment};
   for (int part = 0; part < kLineDoubles / n; ++part) {
     V* const r = rows + part * n;
     if constexpr (n > 1) transpose<V, n / 2>(r, std::make_index_sequence<n>{});
@@ -57,7 +59,8 @@ CRADLE_LANES bool load_lanes(const BodyRun& run, int k, double h, double smooth_
   __builtin_memcpy(run.begins + k, run.velocities + k, kLanes<V> * sizeof(BodyLine));
   const Triple<V> v_free = v + h * loads.linear(), w_free = w + h * loads.angular();
   store_run(run.frees + k, v_free, w_free);
-  store_run(run.velocities + k, v_free + dv, w_free + dw);
+  store_run(run.velocities + k, v_free + dv, w_free + dw, now.r[kInverseMass],
+            now.r[kInverseMoment]);
   return note_changes(run, k, dv, dw, v_free, w_free, smooth_s);
 }
 

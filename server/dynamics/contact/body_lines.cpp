@@ -43,7 +43,9 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   });
   tumbling_.clear();
   twisted_.clear();
+  are_round_ = true;
   for (std::int32_t line = 0; line < moving_; ++line) {
+    are_round_ &= at(states_, line).is_round;
     if (at(states_, line).tumbles) tumbling_.push_back(line);
     if (at(states_, line).is_twisted) twisted_.push_back(line);
   }
@@ -91,8 +93,10 @@ void BodyLines::begin_line(std::int32_t line, bool rests, const Matrix& inverse_
   at(mean_gyration2_, line) =
       state.tumbles ? std::numeric_limits<double>::infinity() : at(gyration2_, line);
   const Matrix& I = inverse_inertia_W;
-  at(responses_,
-     line) = {{I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2), bodies_.inverse_mass[i], 0}};
+  at(responses_, line) = {{I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2), 0, 0}};
+  at(velocities_, line).all[kInverseMass] = bodies_.inverse_mass[i];
+  state.is_round = has_equal_moments(bodies_.inverse_inertia[i]);
+  at(velocities_, line).all[kInverseMoment] = state.is_round ? bodies_.inverse_inertia[i].x() : 0;
   BodyLine& load = at(loads_, line);
   load = {};
   linear(load) = bodies_.acceleration[i];
@@ -193,7 +197,7 @@ void BodyLines::turn(const State& state, Turning& turning, const Vector& w, doub
 }
 
 void BodyLines::displace(std::int32_t line, const BodyLine& by) {
-  all(at(motions_, line)) += Eigen::Map<const AllOfLine>(by.all);
+  twist(at(motions_, line)) += twist(by);
   const State& state = at(states_, line);
   if (state.tumbles) turn(state, at(turnings_, line), angular(by), 1);
 }
@@ -206,7 +210,7 @@ void BodyLines::integrate_positions(double h, double smooth_factor) {
     kernels_->move(run(begin, end), h, smooth_factor * h);
   });
   for (std::int32_t line = moving_; line < moving_ + driven_; ++line) {
-    all(at(motions_, line)) += h * all(at(velocities_, line));
+    twist(at(motions_, line)) += h * twist(at(velocities_, line));
   }
 }
 
@@ -227,7 +231,7 @@ void BodyLines::finish() {
       const State& state = at(states_, line);
       const Turning& turning = at(turnings_, line);
       Rotation& q = bodies_.q[state.slot];
-      all(at(velocities_, line)) += AllOfLine::Zero();  // no minus 0: see constraint_lanes.h
+      twist(at(velocities_, line)) += TwistOfLine::Zero();  // no minus 0: see constraint_lanes.h
       move(state.slot, dp(line));
       bodies_.v[state.slot] = v(line);
       if (!state.turns) continue;

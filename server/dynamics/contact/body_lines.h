@@ -35,9 +35,13 @@ inline Eigen::Map<const Vector> angular(const BodyLine& line) {
   return Eigen::Map<const Vector>(line.all + kAngular);
 }
 
-using AllOfLine = Eigen::Array<double, 8, 1>;
-inline Eigen::Map<AllOfLine, Eigen::Aligned16> all(BodyLine& line) {
-  return Eigen::Map<AllOfLine, Eigen::Aligned16>(line.all);
+/// Linear and angular.
+using TwistOfLine = Eigen::Array<double, 6, 1>;
+inline Eigen::Map<TwistOfLine, Eigen::Aligned16> twist(BodyLine& line) {
+  return Eigen::Map<TwistOfLine, Eigen::Aligned16>(line.all);
+}
+inline Eigen::Map<const TwistOfLine, Eigen::Aligned16> twist(const BodyLine& line) {
+  return Eigen::Map<const TwistOfLine, Eigen::Aligned16>(line.all);
 }
 
 class BodyLines {
@@ -102,6 +106,8 @@ class BodyLines {
   }
   std::size_t lines() const { return lines_; }
   std::size_t moving() const { return static_cast<std::size_t>(moving_); }
+  /// All that yield turn with one number instead of a matrix; those of a planar world do not.
+  bool are_round() const { return are_round_; }
   bool tumbles(std::int32_t line) const {
     return yields(line) && states_[static_cast<std::size_t>(line)].tumbles;
   }
@@ -163,6 +169,7 @@ class BodyLines {
     bool turns;       // has an inertia at all
     bool tumbles;     // with unequal moments
     bool is_twisted;  // by a torque
+    bool is_round;    // by one number instead of a matrix
   };
   /// Of those that tumble, by line, too.
   struct Turning {
@@ -211,6 +218,7 @@ class BodyLines {
   BodyArrays bodies_;
   Executor* executor_ = &serial_executor;
   std::int32_t moving_ = 0, driven_ = 0, wastes_ = 1;
+  bool are_round_ = true;
   std::size_t lines_ = 0;  // of velocities_, motions_ and struck_, which may have room for more
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;

@@ -58,7 +58,10 @@ void BodyLines::add_up(const std::vector<double>& gains, std::vector<double>& of
 void BodyLines::begin_repeats() {
   if (repeats_.size() < velocities_.size()) repeats_.resize(velocities_.size());
   for_moving([&](std::int32_t begin, std::int32_t end) {
-    std::fill(repeats_.begin() + begin, repeats_.begin() + end, BodyLine{});
+    for (std::int32_t line = begin; line < end; ++line) {
+      at(repeats_, line) = at(velocities_, line);
+      twist(at(repeats_, line)) = 0;
+    }
   });
   std::swap(velocities_, repeats_);
 }
@@ -89,7 +92,7 @@ std::span<const double> BodyLines::limit_repeats() {
   for_moving([&](std::int32_t begin, std::int32_t end) {
     for (std::int32_t line = begin; line < end; ++line) {
       const double less = shares_[island_of(line)] - 1;
-      if (less != 0) all(at(velocities_, line)) += less * all(at(repeats_, line));
+      if (less != 0) twist(at(velocities_, line)) += less * twist(at(repeats_, line));
     }
   });
   return shares_;

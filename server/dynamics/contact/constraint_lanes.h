@@ -38,21 +38,23 @@ CRADLE_LANES void store3(BlockRow* rows, int lane, const Triple<V>& value) {
   store(rows[2] + lane, value.z);
 }
 
-/// How the bodies yield; all zeros if they do not.
+/// How the bodies turn; all zeros if they do not.
 template <class V>
-CRADLE_LANES void fill_responses(const BodyLine* responses, const std::int32_t* at,
-                                 BlockRow* inverse_inertia, BlockRow& inverse_mass, int lane) {
+CRADLE_LANES void fill_inertia(const BodyLine* responses, const std::int32_t* at, BlockRow* rows,
+                               int lane) {
   V r[kLineDoubles];
   load_rows(r, responses, at);
-  for (int k = 0; k < 6; ++k) store(inverse_inertia[k] + lane, r[k]);
-  store(inverse_mass + lane, r[6]);
+  for (int k = 0; k < 6; ++k) store(rows[k] + lane, r[k]);
 }
 
 template <class V, int points>
-CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, const BlockFilling& filling) {
+CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
+                             const BlockFilling& filling) {
   using Lines = ConstraintLines;
-  fill_responses<V>(filling.responses, c.a + lane, c.inverse_inertia_A, c.inverse_mass_A, lane);
-  fill_responses<V>(filling.responses, c.b + lane, c.inverse_inertia_B, c.inverse_mass_B, lane);
+  if (!is_round) {
+    fill_inertia<V>(filling.responses, c.a + lane, c.inverse_inertia_A, lane);
+    fill_inertia<V>(filling.responses, c.b + lane, c.inverse_inertia_B, lane);
+  }
   V r[kLineDoubles];
   load_numbers(r, c.lines + lane, Lines::kFrame);
   const Triple<V> n{r[0], r[1], r[2]}, t1{r[3], r[4], r[5]}, t2 = cross(n, t1);

@@ -22,7 +22,7 @@ template <class V, int points>
 CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& step,
                               const BodyLine* velocities, ContactTally& tally) {
   const Frame<V> f = frame_at<V>(c, lane);
-  const Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
+  const Bodies<V, Round<V>> bodies = bodies_at<V, Round<V>>(c, lane, velocities);
   const Triple<V> Vc = bodies.V_at_centre(), W = bodies.B.angular - bodies.A.angular;
   const V Vn = dot(f.n, Vc), V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
   const V Wn = dot(f.n, W), W1 = dot(f.t1, W), W2 = dot(f.t2, W);
@@ -83,8 +83,8 @@ CRADLE_LANES void work_lanes(const ContactBlock& c, int lane, const BodyLine* me
   const V normal = dot(N, VB - VA) + dot(M, B.angular - A.angular);
   const V friction = dot(F, VB - VA) + dot(R, B.angular - A.angular);
   // On a body that yields, by one that does not: what it did beyond the above.
-  const V by_A = at<V>(c.inverse_mass_A, lane) > V{} ? V{} : fill<V>(1);
-  const V by_B = at<V>(c.inverse_mass_B, lane) > V{} ? V{} : fill<V>(1);
+  const V by_A = A.inverse_mass > V{} ? V{} : fill<V>(1);
+  const V by_B = B.inverse_mass > V{} ? V{} : fill<V>(1);
   const Triple<V> P = N + F, T = M + R;
   const V driven =
       by_A * (dot(P, VA) + dot(T, A.angular)) - by_B * (dot(P, VB) + dot(T, B.angular));

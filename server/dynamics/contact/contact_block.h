@@ -21,7 +21,7 @@ inline constexpr double kImpactHaste = 1e9;
 struct ConstraintLines {
   static constexpr int kFrame = 0;   ///< n, t1, friction, preload
   static constexpr int kBodies = 8;  ///< from_B, 1/m of A and of B, restitution
-  static constexpr int kPoints = 40, kPointNumbers = 24;  ///< each of them:
+  static constexpr int kPoints = 24, kPointNumbers = 16;  ///< each of them:
   static constexpr int kPlace = 0;                        ///< rA, s0
   static constexpr int kLoad = 8;  ///< force_t, force, press, K_normal, s, rest_m, rest_load
 };
@@ -35,8 +35,7 @@ struct ContactBlock {
   Row u[kBlockPoints], v[kBlockPoints];            ///< m
   Row s0[kBlockPoints];                            ///< m, at the tick's start
   Row s[kBlockPoints];                             ///< m, at the last evaluation
-  Row inverse_mass_A, inverse_mass_B;              ///< 1/kg
-  Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz
+  Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz; unset if `is_round`
   Row friction;
   Row gap_haste;               ///< a gap may close in so much less than a sub-step: 1, or
                                ///< kImpactHaste
@@ -59,9 +58,11 @@ struct ContactBlock {
 
 /// v and w, or displacement and turn since the tick's start, of one body.
 struct BodyLine {
-  alignas(64) double all[8];  ///< linear, angular, two that nobody uses
+  /// Linear, angular; with velocities 1/m and, of bodies with equal moments, 1/J: how it yields.
+  alignas(64) double all[8];
 };
-inline constexpr int kAngular = 3;  ///< where it begins
+/// Where they begin.
+inline constexpr int kAngular = 3, kInverseMass = 6, kInverseMoment = 7;
 static_assert(sizeof(BodyLine) == 64);
 
 /// Bodies in contact that yield, a line each, and what is known of them, a number each.
@@ -86,12 +87,14 @@ struct SubStep {
 };
 
 /// Blocks of manifolds with `points` points each: 1, 2 or 4. If `joint`, a manifold's points are
-/// solved at once; else one after another.
+/// solved at once; else one after another. If `is_round`, all bodies have equal moments, or do not
+/// yield: one number instead of a matrix.
 struct BlockRun {
   ContactBlock* blocks;
   std::int32_t count;
   std::int32_t points;
   bool joint;
+  bool is_round;
 };
 
 /// Residuals of points, by lane, as contact_balance.h says: largest, and sums of squares.
@@ -106,7 +109,7 @@ struct ContactWork {
 
 /// How blocks are filled from constraints.
 struct BlockFilling {
-  const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz, inverse mass
+  const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz
   double h;                   ///< s, of a sub-step
   double give;                ///< s^2: softness.h
   double excess;              ///< ConstraintPoint::lasting_load
@@ -134,7 +137,7 @@ struct ContactKernels {
   void (*gather)(const BlockRun&, const BlockFilling&);
   /// The loads of the points; `sag`: by lane, the largest so far, m.
   void (*scatter)(const BlockRun&, const BlockTaking&, double* sag);
-  void (*prepare)(const BlockRun&, const Softness&);
+  void (*prepare)(const BlockRun&, const Softness&, const BodyLine* velocities);
   void (*warm_start)(const BlockRun&, BodyLine* velocities);
   void (*repeat)(const BlockRun&, BodyLine* velocities);  ///< a warm start by that part alone
   void (*scale)(const BlockRun&);                         ///< leaves that part

@@ -67,7 +67,7 @@ void set(Row* rows, int lane, const Vector& value) {
 Vector centre(const ContactConstraint& c) {
   Vector sum = Vector::Zero();
   for (const ConstraintPoint& p : c.used()) sum += p.rA;
-  return sum / c.count;
+  return sum / static_cast<double>(c.count);
 }
 
 /// Of no constraint. Nobody writes to it.
@@ -158,7 +158,7 @@ void ContactBlocks::make_runs(const BodyLines& bodies) {
     }
     const Kind kind = kKinds[group % kGroupsAColour];
     const auto count = static_cast<std::int32_t>(blocks.size());
-    runs_.push_back({blocks.data(), count, kind.points, kind.joint});
+    runs_.push_back({blocks.data(), count, kind.points, kind.joint, bodies.are_round()});
     ++colours_.back().runs;
     colours_.back().blocks += count;
     counts_[group] = next * kBlockLanes + busy_[group];
@@ -219,8 +219,7 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     block.b_out[lane] = bodies.yields(b) ? b : waste;
     for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
   }
-  kernels.gather({&block, 1, run.points, run.joint},
-                 {bodies.responses(), h, give_of(1, h), kPreloadExcess});
+  kernels.gather(part_of(run, &block, 1), {bodies.responses(), h, give_of(1, h), kPreloadExcess});
 }
 
 void ContactBlocks::note_places(const BodyLines& bodies) {
@@ -267,7 +266,7 @@ void ContactBlocks::repeat_struck(Executor& executor, const ContactKernels& kern
         is_any_struck |= is_struck;
       }
       if (is_any_struck) {
-        kernels.repeat({&block, 1, run.points, run.joint}, bodies.velocities());
+        kernels.repeat(part_of(run, &block, 1), bodies.velocities());
       }
     }
   });
@@ -283,7 +282,7 @@ void ContactBlocks::scale_struck(Executor& executor, const ContactKernels& kerne
         block.part[lane] = is_struck ? shares[bodies.island_of(block.a[lane], block.b[lane])] : 1;
         is_any_less |= block.part[lane] != 1;
       }
-      if (is_any_less) kernels.scale({&block, 1, run.points, run.joint});
+      if (is_any_less) kernels.scale(part_of(run, &block, 1));
     }
   });
 }

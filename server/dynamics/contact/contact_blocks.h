@@ -20,6 +20,10 @@ struct PlacedContact {
   int lane;
 };
 
+inline BlockRun part_of(const BlockRun& run, ContactBlock* blocks, std::int32_t count) {
+  return {blocks, count, run.points, run.joint, run.is_round};
+}
+
 class ContactBlocks {
  public:
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
@@ -34,7 +38,7 @@ class ContactBlocks {
       for (ContactBlock& block : blocks_of(run)) {
         if (&block + 1 < run.blocks + run.count) expect(*(&block + 1), run.points);
         fill(block, run, kernels, bodies, h);
-        filled(BlockRun{&block, 1, run.points, run.joint});
+        filled(part_of(run, &block, 1));
       }
     });
     note_places(bodies);
@@ -59,7 +63,7 @@ class ContactBlocks {
     sags_.assign(parts(), {});
     in_parts(executor, [&](std::size_t part, const BlockRun& run) {
       for (ContactBlock& block : blocks_of(run)) {
-        const BlockRun one{&block, 1, run.points, run.joint};
+        const BlockRun one = part_of(run, &block, 1);
         f(part, one);
         kernels.scatter(one, taking, sags_[part].by_lane);
       }
@@ -101,8 +105,8 @@ class ContactBlocks {
             const std::size_t first = std::max(begin, start);
             const std::size_t last = std::min(end, start + static_cast<std::size_t>(run.count));
             if (first >= last) continue;
-            f(part, BlockRun{run.blocks + (first - start), static_cast<std::int32_t>(last - first),
-                             run.points, run.joint});
+            f(part,
+              part_of(run, run.blocks + (first - start), static_cast<std::int32_t>(last - first)));
           }
         });
   }
@@ -142,7 +146,7 @@ class ContactBlocks {
           return static_cast<std::int32_t>(k * run.count / blocks);
         };
         const std::int32_t first = at(begin), count = at(end) - first;
-        if (count > 0) f(BlockRun{run.blocks + first, count, run.points, run.joint});
+        if (count > 0) f(part_of(run, run.blocks + first, count));
       }
     });
   }

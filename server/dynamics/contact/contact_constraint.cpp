@@ -5,16 +5,14 @@
 
 namespace cradle {
 
-void tangents(const Vector& n, Vector& t1, Vector& t2) {
+Vector tangent(const Vector& n) {
   const double z = n.z();
   if (std::abs(n.x()) < 0.57) {  // x cross n, or else y cross n
     const double share = 1 / std::sqrt(n.y() * n.y() + z * z);
-    t1 = {0, -share * z, share * n.y()};
-  } else {
-    const double share = 1 / std::sqrt(n.x() * n.x() + z * z);
-    t1 = {share * z, 0, -share * n.x()};
+    return {0, -share * z, share * n.y()};
   }
-  t2 = n.cross(t1);
+  const double share = 1 / std::sqrt(n.x() * n.x() + z * z);
+  return {share * z, 0, -share * n.x()};
 }
 
 namespace {
@@ -53,20 +51,19 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.from_B = place_A.x - place_B.x;
   if (c.is_ahead) c.turn_A = c.turn_B = Rotation::Identity();
   c.is_ahead = false;
+  if (c.turns_heavily()) c.torque = Vector::Zero();
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
-  c.torque = Vector::Zero();
   c.preload = 0;
   c.carrying = 0;
   c.is_met = c.is_known = c.has_rested = false;
-  tangents(c.n, c.t1, c.t2);
-  c.count = manifold.count;
+  c.t1 = tangent(c.n);
+  c.count = static_cast<std::int16_t>(manifold.count);
   const Vector aside = to_undeformed(c, manifold);
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
     p.force = p.press = p.K_normal = p.rest_m = p.rest_load = 0;
     p.force_t = Eigen::Vector2d::Zero();
     p.rA = manifold.points[i].p_W - place_A.x + aside;
-    p.rB = manifold.points[i].p_W - place_B.x + aside;
     p.s0 = p.s = manifold.points[i].separation;
     p.feature = manifold.points[i].feature;
   }
@@ -96,7 +93,7 @@ void look_at(ContactConstraint& c) {
   const double yields = c.inverse_mass_A + c.inverse_mass_B;
   for (const ConstraintPoint& p : c.used()) {
     c.press = std::max(c.press, p.press);
-    c.carrying += p.force * yields > kNoLoad ? 1 : 0;
+    if (p.force * yields > kNoLoad) ++c.carrying;
     c.is_met |= p.s0 <= 0;
     c.has_rested |= p.rest_m != 0 || p.rest_load != 0;
     c.deepest_m = std::max(c.deepest_m, -p.s0);
@@ -105,21 +102,24 @@ void look_at(ContactConstraint& c) {
 
 void find_effective_masses(ContactConstraint& c) {
   const Matrix &IA = *c.inverse_inertia_A, &IB = *c.inverse_inertia_B;
-  for (ConstraintPoint& p : c.used()) {
+  const Vector t2 = c.t2();
+  for (std::size_t i = 0; i < c.used().size(); ++i) {
+    ConstraintPoint& p = c.points[i];
+    const Vector rB = c.rB(p);
     // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
     const auto K = [&](const Vector& e, const Vector& f) {
       return (c.inverse_mass_A + c.inverse_mass_B) * e.dot(f) +
-             p.rA.cross(e).dot(IA * p.rA.cross(f)) + p.rB.cross(e).dot(IB * p.rB.cross(f));
+             p.rA.cross(e).dot(IA * p.rA.cross(f)) + rB.cross(e).dot(IB * rB.cross(f));
     };
     p.K_normal = K(c.n, c.n);
     // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed
     // along its own velocity: with the full inverse of K, clamped to the cone, it would be pushed
     // sideways wherever K is not isotropic (a box then stops 10 % too late).
     const double K11 = K(c.t1, c.t1);
-    const double K22 = K(c.t2, c.t2);
-    const double K12 = K(c.t1, c.t2);
+    const double K22 = K(t2, t2);
+    const double K12 = K(c.t1, t2);
     const double half_difference = (K11 - K22) / 2;
-    p.K_tangent = (K11 + K22) / 2 + std::sqrt(half_difference * half_difference + K12 * K12);
+    c.K_tangents[i] = (K11 + K22) / 2 + std::sqrt(half_difference * half_difference + K12 * K12);
   }
 }
 

@@ -68,24 +68,21 @@ inline constexpr double kPreloadExcess = 1.1;
 // Kernels read and write whole lines of eight numbers of it, here and below: contact_block.h says
 // which.
 struct alignas(64) ConstraintPoint {
-  Vector rA;                  ///< m
-  double s0 = 0;              ///< separation at the tick's start
-  Vector rB;                  ///< m
+  Vector rA;      ///< m
+  double s0 = 0;  ///< separation at the tick's start
+  // Impulses of a sub-step, of contacts that are solved one by one; blocks have their own.
+  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
+  double lambda = 0;          ///< normal, >= 0
   std::uint32_t feature = 0;  ///< as in the manifold
 
-  Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
-  double force = 0;                                   ///< N: lambda of the last sub-step over it
+  alignas(64) Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
+  double force = 0;                                               ///< N: lambda over its sub-step
   double press = 0;     ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
   double K_normal = 0;  ///< 1/kg; until the solver sets it, that of the tick before
   double s = 0;         ///< at the last evaluation
   /// Where it is at rest under the load `rest_load`, whatever the method: newton/hand_over.h.
   double rest_m = 0;
   double rest_load = 0;  ///< m/s^2, as `press`
-
-  // Of contacts that are solved one by one; blocks have their own.
-  double lambda = 0;     ///< normal impulse of a sub-step, >= 0
-  double K_tangent = 0;  ///< 1/kg: the largest in the tangent plane
-  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
 
   /// m/s^2: what a preload goes by. Not the force itself: one that is preloaded by what it was a
   /// tick ago drives what sways ("heaps come to rest").
@@ -95,6 +92,8 @@ struct alignas(64) ConstraintPoint {
   double gap(double give) const { return s0 - rest_m - give * rest_load; }
 };
 
+// What every tick writes and reads of most contacts comes first, and has as few lines as can be: it
+// is memory that a heap of thousands waits for.
 struct alignas(64) ContactConstraint {
   Vector n, t1;
   double friction = 0;
@@ -109,25 +108,33 @@ struct alignas(64) ContactConstraint {
 
   // What methods ask for before they choose: one line.
   std::int32_t a = 0, b = 0;  ///< slots
-  int count = 0;
-  int carrying = 0;         ///< points with a force at the tick's start
-  bool is_ahead = false;    ///< the arms hold for other attitudes than those of then
-  bool is_met = false;      ///< a point without a gap there
-  bool is_known = false;    ///< there was one like it in the tick before
-  bool has_rested = false;  ///< a point may have a `rest_m` or `rest_load` other than 0
-  double press = 0;         ///< m/s^2: the largest of its points at the tick's start
-  double tolerance_m = 0;   ///< what it may sink in by; 0: the tick's
-  double deepest_m = 0;     ///< overlap of its points at the tick's start
+  std::int16_t count = 0;
+  std::int16_t carrying = 0;  ///< points with a force at the tick's start
+  bool is_ahead = false;      ///< the arms hold for other attitudes than those of then
+  bool is_met = false;        ///< a point without a gap there
+  bool is_known = false;      ///< there was one like it in the tick before
+  bool has_rested = false;    ///< a point may have a `rest_m` or `rest_load` other than 0
+  double press = 0;           ///< m/s^2: the largest of its points at the tick's start
+  double tolerance_m = 0;     ///< what it may sink in by; 0: the tick's
+  double deepest_m = 0;       ///< overlap of its points at the tick's start
   double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
-
   const Matrix* inverse_inertia_B = nullptr;
-  Vector t2;
+
+  std::array<ConstraintPoint, kManifoldPoints> points;
+
   Vector torque = Vector::Zero();  ///< N m, in W, on B: of rolling and torsional friction
   /// From the attitudes at the tick's start to those for which the arms hold; none unless
   /// `is_ahead`.
   Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
-  std::array<ConstraintPoint, kManifoldPoints> points;
+  /// 1/kg, by point: the largest in the tangent plane. Of contacts that are solved one by one.
+  std::array<double, kManifoldPoints> K_tangents{};
 
+  Vector t2() const { return n.cross(t1); }
+  /// m, of one of its points.
+  Vector rB(const ConstraintPoint& p) const { return p.rA + from_B; }
+  double K_tangent(const ConstraintPoint& p) const {
+    return K_tangents[static_cast<std::size_t>(&p - points.data())];
+  }
   bool turns_heavily() const { return rolling_m > 0 || torsional_m > 0; }
   std::span<ConstraintPoint> used() { return {points.data(), static_cast<std::size_t>(count)}; }
   std::span<const ConstraintPoint> used() const {
@@ -142,9 +149,8 @@ inline void expect_next(std::span<ContactConstraint* const> constraints, std::si
   if (k + kAhead < constraints.size()) __builtin_prefetch(&constraints[k + kAhead]->a);
 }
 
-/// Two unit vectors that make a right-handed frame with the unit vector n; smooth in n but for one
-/// switch of the helper axis.
-void tangents(const Vector& n, Vector& t1, Vector& t2);
+/// A unit vector across the unit vector n; smooth in n but for one switch of the helper axis.
+Vector tangent(const Vector& n);
 
 /// Where a body is when its manifold holds.
 struct BodyPlace {

@@ -107,13 +107,14 @@ CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
 }
 
 /// The masses that impulses meet.
-template <class V, int points>
-CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Softness& soft) {
+template <class V, int points, class Inertia>
+CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Softness& soft,
+                                const BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
-  const V m = at<V>(c.inverse_mass_A, lane) + at<V>(c.inverse_mass_B, lane);
-  const Symmetric<V> IA = symmetric_at<V>(c.inverse_inertia_A, lane);
-  const Symmetric<V> IB = symmetric_at<V>(c.inverse_inertia_B, lane);
-  const Triple<V> arm_A = at3<V>(c.arm_A, lane), arm_B = at3<V>(c.arm_B, lane);
+  const Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
+  const V m = bodies.A.inverse_mass + bodies.B.inverse_mass;
+  const Inertia &IA = bodies.inverse_inertia_A, &IB = bodies.inverse_inertia_B;
+  const Triple<V>&arm_A = bodies.arm_A, &arm_B = bodies.arm_B;
   const Triple<V> nA = cross(arm_A, f.n), nB = cross(arm_B, f.n);
   const Triple<V> InA = IA * nA, InB = IB * nB;
   const V g00 = m + dot(nA, InA) + dot(nB, InB);

@@ -52,7 +52,8 @@ struct Wrench {
     P2 = P2 + f2;
     if constexpr (kTwists) Tn = Tn + (u * f2 - v * f1);
   }
-  CRADLE_LANES void push(const Frame<V>& f, Bodies<V>& bodies) const {
+  template <class B>
+  CRADLE_LANES void push(const Frame<V>& f, B& bodies) const {
     const Triple<V> P = Pn * f.n + P1 * f.t1 + P2 * f.t2;
     if constexpr (kTwists) {
       bodies.push(P, Tn * f.n + T1 * f.t1 + T2 * f.t2);
@@ -60,14 +61,16 @@ struct Wrench {
       bodies.push(P);
     }
   }
-  CRADLE_LANES void push_along_n(const Frame<V>& f, Bodies<V>& bodies) const {
+  template <class B>
+  CRADLE_LANES void push_along_n(const Frame<V>& f, B& bodies) const {
     if constexpr (kTwists) {
       bodies.push(Pn * f.n, T1 * f.t1 + T2 * f.t2);
     } else {
       bodies.push(Pn * f.n);
     }
   }
-  CRADLE_LANES void push_across_n(const Frame<V>& f, Bodies<V>& bodies) const {
+  template <class B>
+  CRADLE_LANES void push_across_n(const Frame<V>& f, B& bodies) const {
     const Triple<V> P = P1 * f.t1 + P2 * f.t2;
     if constexpr (kTwists) {
       bodies.push(P, Tn * f.n);
@@ -77,11 +80,11 @@ struct Wrench {
   }
 };
 
-template <class V, int points>
+template <class V, int points, class Inertia>
 CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& part,
                                    BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
-  Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
+  Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   Wrench<V, points> wrench;
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
@@ -94,9 +97,9 @@ CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& par
 }
 
 /// Normal velocities of the points.
-template <class V, int points>
+template <class V, int points, class Inertia>
 CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame<V>& f,
-                                    const Bodies<V>& bodies, V* vn) {
+                                    const Bodies<V, Inertia>& bodies, V* vn) {
   const V Vn = dot(f.n, bodies.V_at_centre());
   if constexpr (points == 1) {
     vn[0] = Vn;
@@ -195,11 +198,11 @@ CRADLE_LANES V bias_of(const SubStep& step, const Soft<V>& soft, const V& s, con
                    -(yields * limit + soft.impulse_scale * lambda));
 }
 
-template <class V, int points, bool joint>
+template <class V, int points, bool joint, class Inertia>
 CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
                               BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
-  Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
+  Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
@@ -281,8 +284,8 @@ CRADLE_LANES auto stick(ContactBlock& c, int lane, const V& V1, const V& V2, con
   return sticks;
 }
 
-template <class V, int points, bool joint>
-CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V>& bodies) {
+template <class V, int points, bool joint, class Inertia>
+CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, Inertia>& bodies) {
   const Triple<V> Vc = bodies.V_at_centre();
   V V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
   V Wn = dot(f.n, bodies.B.angular - bodies.A.angular);
@@ -318,12 +321,12 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V>& b
   wrench.push_across_n(f, bodies);
 }
 
-template <class V, int points, bool joint>
+template <class V, int points, bool joint, class Inertia>
 CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, BodyLine* velocities,
                               const BodyLine* motions) {
   const Frame<V> f = frame_at<V>(c, lane);
   separations<V, points>(c, lane, f, motions);
-  Bodies<V> bodies = bodies_at<V>(c, lane, velocities);
+  Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
   const V haste = at<V>(c.gap_haste, lane) / step.h;
@@ -363,6 +366,7 @@ struct Kind {
   static constexpr int kPoints = points;
   static constexpr bool kJoint = joint;
 };
+/// Calls `f(kind)`.
 template <class F>
 CRADLE_LANES void by_kind(const BlockRun& run, F&& f) {
   if (run.points == 1) return f(Kind<1, false>{});
@@ -370,12 +374,25 @@ CRADLE_LANES void by_kind(const BlockRun& run, F&& f) {
   return run.joint ? f(Kind<4, true>{}) : f(Kind<4, false>{});
 }
 
+/// Calls `f(kind, inertia)`.
+template <class V, class F>
+CRADLE_LANES void by_inertia(const BlockRun& run, F&& f) {
+  by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+    if (run.is_round) {
+      f(kind, Round<V>{});
+    } else {
+      f(kind, Symmetric<V>{});
+    }
+  });
+}
+
 template <class V>
 struct Passes {
   static void gather(const BlockRun& run, const BlockFilling& filling) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane)
-                            CRADLE_LAMBDA { fill_lanes<V, kind.kPoints>(c, lane, filling); });
+      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+        fill_lanes<V, kind.kPoints>(c, lane, run.is_round, filling);
+      });
     });
   }
   static void scatter(const BlockRun& run, const BlockTaking& taking, double* sag) {
@@ -384,24 +401,25 @@ struct Passes {
                             CRADLE_LAMBDA { take_lanes<V, kind.kPoints>(c, lane, taking, sag); });
     });
   }
-  static void prepare(const BlockRun& run, const Softness& soft) {
-    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+  static void prepare(const BlockRun& run, const Softness& soft, const BodyLine* velocities) {
+    by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        prepare_lanes<V, kind.kPoints>(c, lane, run.joint, soft);
+        prepare_lanes<V, kind.kPoints, decltype(inertia)>(c, lane, run.joint, soft, velocities);
       });
     });
   }
   static void warm_start(const BlockRun& run, BodyLine* velocities) {
-    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+    by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        warm_start_lanes<V, kind.kPoints>(c, lane, fill<V>(1), velocities);
+        warm_start_lanes<V, kind.kPoints, decltype(inertia)>(c, lane, fill<V>(1), velocities);
       });
     });
   }
   static void repeat(const BlockRun& run, BodyLine* velocities) {
-    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+    by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        warm_start_lanes<V, kind.kPoints>(c, lane, at<V>(c.part, lane), velocities);
+        warm_start_lanes<V, kind.kPoints, decltype(inertia)>(c, lane, at<V>(c.part, lane),
+                                                             velocities);
       });
     });
   }
@@ -416,17 +434,18 @@ struct Passes {
     });
   }
   static void solve(const BlockRun& run, const SubStep& step, BodyLine* velocities) {
-    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+    by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        solve_lanes<V, kind.kPoints, kind.kJoint>(c, lane, step, velocities);
+        solve_lanes<V, kind.kPoints, kind.kJoint, decltype(inertia)>(c, lane, step, velocities);
       });
     });
   }
   static void relax(const BlockRun& run, const SubStep& step, BodyLine* velocities,
                     const BodyLine* motions) {
-    by_kind(run, [&](auto kind) CRADLE_LAMBDA {
+    by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
       for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
-        relax_lanes<V, kind.kPoints, kind.kJoint>(c, lane, step, velocities, motions);
+        relax_lanes<V, kind.kPoints, kind.kJoint, decltype(inertia)>(c, lane, step, velocities,
+                                                                     motions);
       });
     });
   }

@@ -49,7 +49,7 @@ void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
     ContactConstraint& c = constraints[k];
     find_effective_masses(c);
     Matrix E;
-    E << c.n, c.t1, c.t2;
+    E << c.n, c.t1, c.t2();
     for (ConstraintPoint& p : c.used()) {
       Point& point = points_[next[islands_.of_constraint(k)]++];
       point.c = &c;
@@ -58,7 +58,8 @@ void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
       point.bias = 0;
       point.acts = true;
       point.A = side_of(c.a, p.rA, c.turn_A, *c.inverse_inertia_A, c.inverse_mass_A, E, c, bodies);
-      point.B = side_of(c.b, p.rB, c.turn_B, *c.inverse_inertia_B, c.inverse_mass_B, E, c, bodies);
+      point.B =
+          side_of(c.b, c.rB(p), c.turn_B, *c.inverse_inertia_B, c.inverse_mass_B, E, c, bodies);
       const Matrix K = response(point, point);
       point.K = K.diagonal();
       point.inverse_K = K.inverse();
@@ -85,7 +86,7 @@ void ContactSystem::push(const Point& point, const Vector& impulse, BodyLine* li
 
 double ContactSystem::separation(const Point& point, const BodyLines& bodies) {
   const Vector way =
-      bodies.dp(point.B.line) + Vector(bodies.theta(point.B.line)).cross(point.p->rB) -
+      bodies.dp(point.B.line) + Vector(bodies.theta(point.B.line)).cross(point.c->rB(*point.p)) -
       bodies.dp(point.A.line) - Vector(bodies.theta(point.A.line)).cross(point.p->rA);
   return point.p->s0 + point.c->n.dot(way);
 }

@@ -47,7 +47,8 @@ void Impacts::begin(std::span<ContactConstraint* const> constraints, const BodyL
     const Matrix &IA = *c->inverse_inertia_A, &IB = *c->inverse_inertia_B;
     for (ConstraintPoint& p : c->used()) {
       points_.push_back({c, &p, side(*c, a, c->turn_A, c->inverse_mass_A, IA, p.rA, bodies),
-                         side(*c, b, c->turn_B, c->inverse_mass_B, IB, p.rB, bodies), 0, false});
+                         side(*c, b, c->turn_B, c->inverse_mass_B, IB, c->rB(p), bodies), 0,
+                         false});
     }
   }
   if (!points_.empty()) link(bodies.lines());
@@ -194,7 +195,7 @@ double Impacts::normal_velocity(const Point& point) const {
 }
 
 double Impacts::separation(const Point& point, double t) const {
-  const Vector &n = point.c->n, &rA = point.p->rA, &rB = point.p->rB;
+  const Vector &n = point.c->n, &rA = point.p->rA;
   const auto moved = [&](std::int32_t line, const Vector& r) {
     if (place_[index(line)] >= 0) {
       const BodyLine& motion = struck_[index(place_[index(line)])].motion;
@@ -203,7 +204,7 @@ double Impacts::separation(const Point& point, double t) const {
     const Vector way = bodies_->dp(line) + t * bodies_->v(line);
     return n.dot(way) + r.cross(n).dot(bodies_->theta(line) + t * bodies_->w(line));
   };
-  return point.p->s0 + moved(point.B.line, rB) - moved(point.A.line, rA);
+  return point.p->s0 + moved(point.B.line, point.c->rB(*point.p)) - moved(point.A.line, rA);
 }
 
 void Impacts::push(const Side& side, double impulse, const Vector& n) {
@@ -285,7 +286,7 @@ void Impacts::rub(Point& point) {
     this->push_back(impulse, impulse.dot(v));
   };
   push_back(point.A.line, point.p->rA, -given);
-  push_back(point.B.line, point.p->rB, given);
+  push_back(point.B.line, point.c->rB(*point.p), given);
   if (point.c->turns_heavily()) {
     TurningContact(*point.c, *bodies_, nullptr, 0).rub_at_impact(*bodies_, point.impulse);
   }

@@ -26,9 +26,11 @@ CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
 }
 
+/// Two numbers of its line beside it.
 template <class V>
 struct Twist {
   Triple<V> linear, angular;
+  V inverse_mass, inverse_moment;
 };
 
 constexpr int kLineDoubles = sizeof(BodyLine) / sizeof(double);
@@ -53,19 +55,13 @@ template <class V>
 CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) {
   V r[kLineDoubles];
   load_rows(r, lines, at);
-  return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}};
+  return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[kInverseMass], r[kInverseMoment]};
 }
 template <class V>
 CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<V>& twist) {
   constexpr int n = kLanes<V>;
-  V r[kLineDoubles] = {twist.linear.x,
-                       twist.linear.y,
-                       twist.linear.z,
-                       twist.angular.x,
-                       twist.angular.y,
-                       twist.angular.z,
-                       V{},
-                       V{}};
+  V r[kLineDoubles] = {twist.linear.x,  twist.linear.y,  twist.linear.z,     twist.angular.x,
+                       twist.angular.y, twist.angular.z, twist.inverse_mass, twist.inverse_moment};
   for (int part = 0; part < kLineDoubles / n; ++part) {
     if constexpr (n > 1) transpose<V, n / 2>(r + part * n, std::make_index_sequence<n>{});
     for (int l = 0; l < n; ++l) store(numbers_of(lines + at[l]) + part * n, r[part * n + l]);
@@ -100,6 +96,24 @@ CRADLE_LANES Triple<V> operator*(const Symmetric<V>& m, const Triple<V>& a) {
           m.xz * a.x + m.yz * a.y + m.zz * a.z};
 }
 
+/// A multiple of the identity.
+template <class V>
+struct Round {
+  V moment;
+};
+template <class V>
+CRADLE_LANES Triple<V> operator*(const Round<V>& m, const Triple<V>& a) {
+  return m.moment * a;
+}
+template <class V>
+CRADLE_LANES void set_inertia(Round<V>& m, const Twist<V>& body, const BlockRow*, int) {
+  m.moment = body.inverse_moment;
+}
+template <class V>
+CRADLE_LANES void set_inertia(Symmetric<V>& m, const Twist<V>&, const BlockRow* rows, int lane) {
+  m = symmetric_at<V>(rows, lane);
+}
+
 template <class V>
 struct Frame {
   Triple<V> n, t1, t2;
@@ -110,43 +124,44 @@ CRADLE_LANES Frame<V> frame_at(const ContactBlock& c, int lane) {
   return {n, t1, cross(n, t1)};
 }
 
-/// Two bodies, and how they yield.
-template <class V>
+/// Two bodies, and how they yield: Inertia is Round or Symmetric.
+template <class V, class Inertia>
 struct Bodies {
   Twist<V> A, B;
-  V inverse_mass_A, inverse_mass_B;
-  Symmetric<V> inverse_inertia_A, inverse_inertia_B;
+  Inertia inverse_inertia_A, inverse_inertia_B;
   Triple<V> arm_A, arm_B;
 
   CRADLE_LANES Triple<V> V_at_centre() const {
     return B.linear + cross(B.angular, arm_B) - A.linear - cross(A.angular, arm_A);
   }
   CRADLE_LANES void push(const Triple<V>& P, const Triple<V>& T) {
-    A.linear = A.linear - inverse_mass_A * P;
+    A.linear = A.linear - A.inverse_mass * P;
     A.angular = A.angular - inverse_inertia_A * (cross(arm_A, P) + T);
-    B.linear = B.linear + inverse_mass_B * P;
+    B.linear = B.linear + B.inverse_mass * P;
     B.angular = B.angular + inverse_inertia_B * (cross(arm_B, P) + T);
   }
   CRADLE_LANES void push(const Triple<V>& P) {
-    A.linear = A.linear - inverse_mass_A * P;
+    A.linear = A.linear - A.inverse_mass * P;
     A.angular = A.angular - inverse_inertia_A * cross(arm_A, P);
-    B.linear = B.linear + inverse_mass_B * P;
+    B.linear = B.linear + B.inverse_mass * P;
     B.angular = B.angular + inverse_inertia_B * cross(arm_B, P);
   }
 };
-template <class V>
-CRADLE_LANES Bodies<V> bodies_at(const ContactBlock& c, int lane, const BodyLine* velocities) {
-  return {load_lines<V>(velocities, c.a + lane),
-          load_lines<V>(velocities, c.b + lane),
-          at<V>(c.inverse_mass_A, lane),
-          at<V>(c.inverse_mass_B, lane),
-          symmetric_at<V>(c.inverse_inertia_A, lane),
-          symmetric_at<V>(c.inverse_inertia_B, lane),
-          at3<V>(c.arm_A, lane),
-          at3<V>(c.arm_B, lane)};
+template <class V, class Inertia>
+CRADLE_LANES Bodies<V, Inertia> bodies_at(const ContactBlock& c, int lane,
+                                          const BodyLine* velocities) {
+  Bodies<V, Inertia> bodies{load_lines<V>(velocities, c.a + lane),
+                            load_lines<V>(velocities, c.b + lane),
+                            {},
+                            {},
+                            at3<V>(c.arm_A, lane),
+                            at3<V>(c.arm_B, lane)};
+  set_inertia(bodies.inverse_inertia_A, bodies.A, c.inverse_inertia_A, lane);
+  set_inertia(bodies.inverse_inertia_B, bodies.B, c.inverse_inertia_B, lane);
+  return bodies;
 }
-template <class V>
-CRADLE_LANES void store_bodies(const ContactBlock& c, int lane, const Bodies<V>& bodies,
+template <class V, class Inertia>
+CRADLE_LANES void store_bodies(const ContactBlock& c, int lane, const Bodies<V, Inertia>& bodies,
                                BodyLine* velocities) {
   store_lines(velocities, c.a_out + lane, bodies.A);
   store_lines(velocities, c.b_out + lane, bodies.B);

@@ -126,10 +126,11 @@ void Settling::start_loads(const ContactTick& tick, const BodyArrays& bodies,
 
 void Settling::add_contact(const ContactConstraint& c, const Grouping& groups) {
   Vector centre = Vector::Zero();
-  for (const ConstraintPoint& p : c.used()) centre += p.rA / c.count;
+  for (const ConstraintPoint& p : c.used()) centre += p.rA / static_cast<double>(c.count);
+  const Vector t2 = c.t2();
   Vector force = Vector::Zero(), torque = c.torque;  // on B, about the centre
   for (const ConstraintPoint& p : c.used()) {
-    const Vector one = p.force * c.n + p.force_t.x() * c.t1 + p.force_t.y() * c.t2;
+    const Vector one = p.force * c.n + p.force_t.x() * c.t1 + p.force_t.y() * t2;
     const Vector lever = p.rA - centre;
     force += one;
     torque += Vector(lever - c.n * c.n.dot(lever)).cross(one);

@@ -15,6 +15,7 @@ constexpr double kSweepEnough = 1e-9;  // of the largest change of velocity
 
 SingleContact::SingleContact(ContactConstraint& c, BodyLines& bodies)
     : c_(c),
+      t2_(c.t2()),
       bodies_(bodies),
       A_(side(c.a, c.turn_A)),
       B_(side(c.b, c.turn_B)),
@@ -33,11 +34,11 @@ Vector SingleContact::w(const Side& side) const {
 }
 
 Vector SingleContact::relative_velocity(const ConstraintPoint& p) const {
-  return bodies_.v(B_.line) + w(B_).cross(p.rB) - bodies_.v(A_.line) - w(A_).cross(p.rA);
+  return bodies_.v(B_.line) + w(B_).cross(c_.rB(p)) - bodies_.v(A_.line) - w(A_).cross(p.rA);
 }
 
 double SingleContact::separation(const ConstraintPoint& p) const {
-  return p.s0 + c_.n.dot(bodies_.dp(B_.line) + Vector(bodies_.theta(B_.line)).cross(p.rB) -
+  return p.s0 + c_.n.dot(bodies_.dp(B_.line) + Vector(bodies_.theta(B_.line)).cross(c_.rB(p)) -
                          bodies_.dp(A_.line) - Vector(bodies_.theta(A_.line)).cross(p.rA));
 }
 
@@ -51,7 +52,7 @@ void SingleContact::push(const Side& side, double inverse_mass, const Matrix& in
 
 void SingleContact::push(const ConstraintPoint& p, const Vector& impulse) {
   push(A_, c_.inverse_mass_A, *c_.inverse_inertia_A, p.rA, -impulse);
-  push(B_, c_.inverse_mass_B, *c_.inverse_inertia_B, p.rB, impulse);
+  push(B_, c_.inverse_mass_B, *c_.inverse_inertia_B, c_.rB(p), impulse);
 }
 
 double SingleContact::add_normal(ConstraintPoint& p, double change) {
@@ -80,23 +81,24 @@ void SingleContact::sweep(F&& change_of) {
 
 void SingleContact::add_friction(ConstraintPoint& p) {
   const Vector v = relative_velocity(p);
-  Eigen::Vector2d lambda_t = p.lambda_t - Eigen::Vector2d(c_.t1.dot(v), c_.t2.dot(v)) / p.K_tangent;
+  Eigen::Vector2d lambda_t =
+      p.lambda_t - Eigen::Vector2d(c_.t1.dot(v), t2_.dot(v)) / c_.K_tangent(p);
   const double limit = c_.friction * p.lambda;
   const double size = lambda_t.norm();
   if (size > limit) lambda_t *= limit / size;
   const Eigen::Vector2d change = lambda_t - p.lambda_t;
-  push(p, change.x() * c_.t1 + change.y() * c_.t2);
+  push(p, change.x() * c_.t1 + change.y() * t2_);
   p.lambda_t = lambda_t;
 }
 
 Vector SingleContact::rub(const ConstraintPoint& p, double impulse) {
   const Vector v = relative_velocity(p);
-  const Eigen::Vector2d vt(c_.t1.dot(v), c_.t2.dot(v));
+  const Eigen::Vector2d vt(c_.t1.dot(v), t2_.dot(v));
   const double speed = vt.norm();
   if (speed == 0) return Vector::Zero();
   const Eigen::Vector2d lambda_t =
-      -std::min(c_.friction * impulse, speed / p.K_tangent) / speed * vt;
-  const Vector given = lambda_t.x() * c_.t1 + lambda_t.y() * c_.t2;
+      -std::min(c_.friction * impulse, speed / c_.K_tangent(p)) / speed * vt;
+  const Vector given = lambda_t.x() * c_.t1 + lambda_t.y() * t2_;
   push(p, given);
   return given;
 }
@@ -106,7 +108,7 @@ void SingleContact::judge(const SubStep& step, ContactResidual& residual) const 
     const Vector v = relative_velocity(p);
     const double gap_speed = std::max(p.s, 0.0) * haste_ / step.h;
     residual.add(p.K_normal, c_.friction, {p.lambda, p.lambda_t.x(), p.lambda_t.y()},
-                 {c_.n.dot(v) + gap_speed, c_.t1.dot(v), c_.t2.dot(v)});
+                 {c_.n.dot(v) + gap_speed, c_.t1.dot(v), t2_.dot(v)});
   }
 }
 
@@ -118,9 +120,9 @@ Vector SingleContact::mean_velocity(const Side& side, const Vector& r) const {
 
 void SingleContact::add_work(ContactBalance& balance) const {
   for (const ConstraintPoint& p : c_.used()) {
-    const Vector vA = mean_velocity(A_, p.rA), vB = mean_velocity(B_, p.rB);
+    const Vector vA = mean_velocity(A_, p.rA), vB = mean_velocity(B_, c_.rB(p));
     const Vector along = p.lambda * c_.n;
-    const Vector across = p.lambda_t.x() * c_.t1 + p.lambda_t.y() * c_.t2;
+    const Vector across = p.lambda_t.x() * c_.t1 + p.lambda_t.y() * t2_;
     balance.impacts_J += along.dot(vB - vA);
     balance.friction_J += across.dot(vB - vA);
     const Vector given = along + across;
@@ -137,7 +139,7 @@ void SingleContact::add_work(ContactBalance& balance) const {
 
 void SingleContact::warm_start() {
   for (const ConstraintPoint& p : c_.used()) {
-    push(p, p.lambda * c_.n + p.lambda_t.x() * c_.t1 + p.lambda_t.y() * c_.t2);
+    push(p, p.lambda * c_.n + p.lambda_t.x() * c_.t1 + p.lambda_t.y() * t2_);
   }
 }
 

@@ -50,6 +50,7 @@ class SingleContact {
             const Vector& impulse);
 
   ContactConstraint& c_;
+  Vector t2_;
   BodyLines& bodies_;
   Side A_, B_;
   double haste_;  // as ContactBlock::gap_haste

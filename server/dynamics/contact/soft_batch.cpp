@@ -137,8 +137,9 @@ void SoftBatch::take_results(double give) {
 
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h,
-               [this](const BlockRun& run) { kernels_->prepare(run, step_.soft); });
+  blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h, [this](const BlockRun& run) {
+    kernels_->prepare(run, step_.soft, bodies_.velocities());
+  });
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
     ContactConstraint& c = *constraints[k];

@@ -223,7 +223,7 @@ class SoftStep final : public SoftSolver {
     double most = 0;
     for (const ConstraintPoint& p : c.used()) {
       const Vector v =
-          arrays.v[b] + arrays.w[b].cross(p.rB) - arrays.v[a] - arrays.w[a].cross(p.rA);
+          arrays.v[b] + arrays.w[b].cross(c.rB(p)) - arrays.v[a] - arrays.w[a].cross(p.rA);
       most = std::max(most, -c.n.dot(v));
     }
     return most;

@@ -45,7 +45,7 @@ TurningContact::TurningContact(ContactConstraint& c, const BodyLines& bodies, Co
       lane_(lane),
       A_(side(bodies, c.a, c.turn_A, -1)),
       B_(side(bodies, c.b, c.turn_B, 1)) {
-  t_ << c.t1, c.t2;
+  t_ << c.t1, c.t2();
   const Matrix none = Matrix::Zero();
   find_masses(A_.sign != 0 ? *c.inverse_inertia_A : none,
               B_.sign != 0 ? *c.inverse_inertia_B : none);
@@ -66,7 +66,7 @@ void TurningContact::find_masses(const Matrix& IA, const Matrix& IB) {
   B_.inverse_mass = B_.sign != 0 ? c_->inverse_mass_B : 0;
   Vector arm_A = Vector::Zero();
   for (const ConstraintPoint& p : c_->used()) arm_A += p.rA;
-  arm_A /= c_->count;
+  arm_A /= static_cast<double>(c_->count);
   const Matrix XA = cross(arm_A), XB = cross(arm_A + c_->from_B);
   const Matrix VT = -XA * IA - XB * IB;
   const Matrix VV = -XA * IA * XA - XB * IB * XB;

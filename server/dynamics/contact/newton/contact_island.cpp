@@ -97,9 +97,10 @@ void ContactIsland::add_manifold(const BodyLines& bodies, ContactConstraint& c) 
   if (c.count == 0) return;
   Manifold& m = manifolds_.emplace_back();
   m.c = &c;
-  m.frame << c.n.transpose(), c.t1.transpose(), c.t2.transpose();
+  m.frame << c.n.transpose(), c.t1.transpose(), c.t2().transpose();
   Vector arm_A = Vector::Zero();
-  for (const ConstraintPoint& p : c.used()) arm_A += p.rA / c.count;
+  for (const ConstraintPoint& p : c.used()) arm_A += p.rA;
+  arm_A /= static_cast<double>(c.count);
   const Vector arm_B = arm_A + c.from_B;
   m.driven.setZero();
   m.A = side(bodies, c.a, arm_A, c.turn_A, m, m.driven, -1);

@@ -153,7 +153,7 @@ void HandOver::look_at_rest(ContactConstraint& c) const {
     }
     if (p.rest_m == 0 && p.rest_load == 0) continue;
     const Vector u =
-        arrays_.v[b] + arrays_.w[b].cross(p.rB) - arrays_.v[a] - arrays_.w[a].cross(p.rA);
+        arrays_.v[b] + arrays_.w[b].cross(c.rB(p)) - arrays_.v[a] - arrays_.w[a].cross(p.rA);
     if (p.force == 0) p.rest_load = 0;
     const bool has_left = p.force == 0 && p.s0 > 0;
     if (has_left || u.norm() > kTolerances.fast_mps) p.rest_m = p.rest_load = 0;

@@ -122,7 +122,8 @@ void IslandStep::try_islands() {
 void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
   const auto set = [&](std::span<const BodyLine> velocities) {
     for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-      bodies_.velocities()[k] = velocities[index(islands_.numbers()[index(tick.moving[k])])];
+      twist(bodies_.velocities()[k]) =
+          twist(velocities[index(islands_.numbers()[index(tick.moving[k])])]);
     }
   };
   set(ways_);

@@ -27,6 +27,8 @@ BoxAxes axes_of(const BoxAxesBlock& block, int lane);
 void copy_lane(const BoxAxesBlock& from, int lane, BoxAxesBlock& to, int to_lane);
 
 /// Collects pairs until there is a block of them. A manifold does not depend on who else is in it.
+/// Those that touched last time are apart from the others: faces are then put over each other where
+/// axes were tried, with few lanes in vain.
 class BoxBatch {
  public:
   /// `lanes`: one of machine_lanes(), or 0: the most. The manifolds are the same at each.
@@ -87,17 +89,24 @@ class BoxBatch {
     void meet(Manifold& manifold) const;
   };
 
-  void separate();
-  void wait(int lane);
+  /// Pairs whose axes are to be tried together.
+  struct Queue {
+    int waiting = 0;
+    std::array<Waiting, kBoxLanes> pairs;
+    BoxPairBlock block;
+  };
+
+  void separate(Queue& queue);
+  void wait(const Queue& queue, int lane);
   void clip();
   void clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& pairs,
             std::span<const int> lanes);
 
   MadeManifolds& made_;
   const BoxKernels& kernels_;
-  int waiting_ = 0, facing_ = 0;
-  std::array<Waiting, kBoxLanes> waits_, faces_;
-  BoxPairBlock pair_block_;
+  Queue touched_, others_;  ///< last time: nearly all do so again, or nearly none
+  int facing_ = 0;
+  std::array<Waiting, kBoxLanes> faces_;
   BoxFaceBlock face_block_;
 };
 

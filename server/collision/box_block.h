@@ -54,8 +54,9 @@ struct BoxFaceBlock : BoxAxesBlock {
 };
 
 struct BoxPairBlock : BoxFaceBlock {
-  Row R_A[9], R_B[9];  ///< columns of X_WA.R, X_WB.R
-  Row d[3];            ///< from A's centre to B's, in W
+  using Numbers = const double* [kBoxLanes];  ///< of a box each, where the world has them
+  Numbers half_A, half_B;                     ///< half extents
+  Numbers X_WA, X_WB;                         ///< centre, then axes
 };
 
 /// Of what is chosen: `faces` times 2^12, and `set`; or that edges or corners met.

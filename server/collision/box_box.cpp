@@ -11,6 +11,7 @@
 // pair eight abreast, with AVX-512: apart 20 ns, flush 100 ns; of one alone 270 ns.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <span>
 #include <utility>
 
@@ -28,10 +29,20 @@ Manifold apart(double separation) {
   return nothing;
 }
 
-/// Columns of a matrix, or a vector, to rows of a lane.
-template <std::size_t n>
-void set(BoxPairBlock::Row (&rows)[n], int lane, const double* values) {
-  for (std::size_t k = 0; k < n; ++k) rows[k][lane] = values[k];
+/// Bo, then axes.
+const double* numbers_of(const Pose& X_WB) {
+  static_assert(sizeof(Pose) == 12 * sizeof(double) && offsetof(Pose, x) == 0);
+  return X_WB.x.data();
+}
+
+/// A lane without a pair is worked on, too: as the first.
+void fill_up(BoxPairBlock& block, int pairs) {
+  for (int lane = pairs; lane < kBoxLanes; ++lane) {
+    for (auto* numbers : {&block.half_A, &block.half_B, &block.X_WA, &block.X_WB}) {
+      (*numbers)[lane] = (*numbers)[0];
+    }
+    block.margin[lane] = -1;
+  }
 }
 
 /// What faces part the boxes by, if that is more than the margin, or edges do; else the margin.
@@ -67,44 +78,46 @@ void copy_lane(const BoxAxesBlock& from, int lane, BoxAxesBlock& to, int to_lane
 
 BoxBatch::BoxBatch(MadeManifolds& made, int lanes) : made_(made), kernels_(box_kernels_of(lanes)) {
   if (kernels_.lanes == 1) return;
-  pair_block_ = {};  // lanes without a pair are worked on, too
+  touched_.block = others_.block = {};  // lanes without a pair are worked on, too
   face_block_ = {};
 }
 
 void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin,
                    double foresight, std::uint64_t choice) {
-  const int lane = waiting_++;
+  Queue& queue = choice != 0 ? touched_ : others_;
+  const int lane = queue.waiting++;
   const bool met_by_edges = choice == kEdgesOfChoice;
-  waits_[static_cast<std::size_t>(lane)] = {key,     &A.shape, &B.shape,    &A.X_WB,
-                                            &B.X_WB, margin,   met_by_edges};
+  queue.pairs[static_cast<std::size_t>(lane)] = {key,     &A.shape, &B.shape,    &A.X_WB,
+                                                 &B.X_WB, margin,   met_by_edges};
   if (met_by_edges) choice = 0;
-  BoxPairBlock& b = pair_block_;
-  const Vector d = B.X_WB.x - A.X_WB.x;
-  set(b.h_A, lane, A.shape.parameters.data());
-  set(b.h_B, lane, B.shape.parameters.data());
-  set(b.R_A, lane, A.X_WB.R.data());
-  set(b.R_B, lane, B.X_WB.R.data());
-  set(b.d, lane, d.data());
+  BoxPairBlock& b = queue.block;
+  b.half_A[lane] = A.shape.parameters.data();
+  b.half_B[lane] = B.shape.parameters.data();
+  b.X_WA[lane] = numbers_of(A.X_WB);
+  b.X_WB[lane] = numbers_of(B.X_WB);
   b.margin[lane] = margin + foresight;
   b.last_set[lane] = static_cast<double>(choice & kSetOfChoice);
   b.last_faces[lane] = static_cast<double>(choice >> kBoxCandidates);
-  if (waiting_ == kBoxLanes) separate();
+  if (queue.waiting == kBoxLanes) separate(queue);
 }
 
 void BoxBatch::finish() {
-  if (waiting_ > 0) separate();
+  for (Queue* queue : {&touched_, &others_}) {
+    if (queue->waiting > 0) separate(*queue);
+  }
   if (facing_ > 0) clip();
 }
 
-void BoxBatch::separate() {
-  for (int lane = waiting_; lane < kBoxLanes; ++lane) pair_block_.margin[lane] = -1;
-  kernels_.separate(pair_block_, waiting_);
-  const int pairs = std::exchange(waiting_, 0);
+void BoxBatch::separate(Queue& queue) {
+  BoxPairBlock& block = queue.block;
+  fill_up(block, queue.waiting);
+  kernels_.separate(block, queue.waiting);
+  const int pairs = std::exchange(queue.waiting, 0);
   std::array<int, kBoxLanes> near;
   std::size_t count = 0;
   for (int lane = 0; lane < pairs; ++lane) {
-    const Waiting& pair = waits_[static_cast<std::size_t>(lane)];
-    const double beyond = separation_beyond(pair_block_, lane, pair.margin);
+    const Waiting& pair = queue.pairs[static_cast<std::size_t>(lane)];
+    const double beyond = separation_beyond(block, lane, pair.margin);
     if (beyond > pair.margin || beyond != beyond) {
       made_.take(pair.key, apart(beyond));
     } else {
@@ -114,13 +127,13 @@ void BoxBatch::separate() {
   const std::span<const int> lanes(near.data(), count);
   // As they are, if few lanes are worked on in vain; else with the next ones.
   if (pairs - static_cast<int>(count) <= kernels_.lanes / 4)
-    return clip(pair_block_, waits_, lanes);
-  for (const int lane : lanes) wait(lane);
+    return clip(block, queue.pairs, lanes);
+  for (const int lane : lanes) wait(queue, lane);
 }
 
-void BoxBatch::wait(int lane) {
-  copy_lane(pair_block_, lane, face_block_, facing_);
-  faces_[static_cast<std::size_t>(facing_++)] = waits_[static_cast<std::size_t>(lane)];
+void BoxBatch::wait(const Queue& queue, int lane) {
+  copy_lane(queue.block, lane, face_block_, facing_);
+  faces_[static_cast<std::size_t>(facing_++)] = queue.pairs[static_cast<std::size_t>(lane)];
   if (facing_ == kBoxLanes) clip();
 }
 

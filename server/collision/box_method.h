@@ -31,6 +31,20 @@ CRADLE_LANES void load_all(V (&to)[n], const double (&rows)[n][kBoxLanes], int l
   for (int k = 0; k < n; ++k) to[k] = load<V>(rows[k] + lane);
 }
 
+/// Numbers from `at` on of what each lane points to.
+template <class V, int n>
+CRADLE_LANES void gather_all(V (&to)[n], const double* const* lanes, int at = 0) {
+  for (int k = 0; k < n; ++k) {
+    if constexpr (kLanes<V> == 1) {
+      to[k] = lanes[0][at + k];
+    } else {
+      V v{};
+      for (int l = 0; l < kLanes<V>; ++l) v[l] = lanes[l][at + k];
+      to[k] = v;
+    }
+  }
+}
+
 // Separating axes.
 
 template <class V>
@@ -109,12 +123,18 @@ CRADLE_LANES void weigh_edges(const V* h_A, const V* h_B, const V* C, const V* s
 
 template <class V>
 CRADLE_LANES void separate_lanes(BoxPairBlock& b, int lane) {
-  V h_A[3], h_B[3], R_A[9], R_B[9], d[3];
-  load_all(h_A, b.h_A, lane);
-  load_all(h_B, b.h_B, lane);
-  load_all(R_A, b.R_A, lane);
-  load_all(R_B, b.R_B, lane);
-  load_all(d, b.d, lane);
+  V h_A[3], h_B[3], x_A[3], x_B[3], R_A[9], R_B[9], d[3];
+  gather_all(h_A, b.half_A + lane);
+  gather_all(h_B, b.half_B + lane);
+  gather_all(x_A, b.X_WA + lane);
+  gather_all(x_B, b.X_WB + lane);
+  gather_all(R_A, b.X_WA + lane, 3);
+  gather_all(R_B, b.X_WB + lane, 3);
+  for (int k = 0; k < 3; ++k) {
+    d[k] = x_B[k] - x_A[k];
+    store(b.h_A[k] + lane, h_A[k]);
+    store(b.h_B[k] + lane, h_B[k]);
+  }
   V C[9], size_C[9], t[3], u[3], reach_A[3], reach_B[3];
   for (int i = 0; i < 3; ++i) {
     t[i] = R_A[3 * i] * d[0] + R_A[3 * i + 1] * d[1] + R_A[3 * i + 2] * d[2];

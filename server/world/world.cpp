@@ -219,7 +219,7 @@ class Narrow final : public MadeManifolds {
       return;
     }
     constexpr std::size_t kAhead = 8;
-    if (k + kAhead < end_) s_.memory.expect(k + kAhead);
+    if (k + kAhead < end_) expect(k + kAhead);
     const double turned = s_.turned[a] + s_.turned[b];
     const double reach = std::min(s_.reaches[a], s_.reaches[b]);
     if (s_.memory.holds(k, s_.poses[a], s_.poses[b], turned, reach, margin)) {
@@ -246,6 +246,15 @@ class Narrow final : public MadeManifolds {
   }
 
  private:
+  /// Fetches what is to be read of a pair: first bodies follow each other, second ones do not.
+  void expect(std::size_t k) const {
+    const std::size_t b = index(s_.pairs[k].b);
+    __builtin_prefetch(&s_.bodies.shape[b]);
+    __builtin_prefetch(&s_.poses[b]);
+    __builtin_prefetch(s_.poses[b].R.data() + 8);  // its end
+    s_.memory.expect(k);
+  }
+
   World::State& s_;
   std::size_t end_;
   Collisions fresh_;

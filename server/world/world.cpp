@@ -231,6 +231,7 @@ class Narrow final : public MadeManifolds {
     hints.wants_lead = s_.memory.is_slow(k);
     hints.foresight = s_.turns[a] + s_.turns[b];
     hints.choice = s_.memory.choice(k);
+    if (hints.choice != 0) expect_points(k);
     if (begins_at_axis(A.shape.kind, B.shape.kind)) {
       hints.axis_W = s_.poses[a].R * s_.memory.axis_A(k);
       hints.was_apart = s_.memory.was_apart(k);
@@ -253,6 +254,11 @@ class Narrow final : public MadeManifolds {
     __builtin_prefetch(&s_.poses[b]);
     __builtin_prefetch(s_.poses[b].R.data() + 8);  // its end
     s_.memory.expect(k);
+  }
+  /// Likewise where the manifold of a pair that touched goes.
+  void expect_points(std::size_t k) const {
+    const auto* const begin = reinterpret_cast<const char*>(&s_.manifolds[k]);
+    for (std::size_t at = 0; at < sizeof(Manifold); at += 64) __builtin_prefetch(begin + at, 1);
   }
 
   World::State& s_;

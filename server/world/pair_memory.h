@@ -14,18 +14,22 @@
 
 namespace cradle {
 
-/// A pair by the ids of its bodies, a < b. Plain numbers without padding.
-struct KeptPair {
+/// A pair by the ids of its bodies, a < b.
+struct PairName {
   std::int64_t a = 0, b = 0;
-  std::int64_t place = -1;                   ///< of its manifold; -1: the pair is not worth keeping
-  std::int64_t count = 0;                    ///< points of the manifold
-  std::int64_t is_held = 0;                  ///< 1: the manifold is not of this tick
+};
+
+/// What a pair keeps: a line of memory. Plain numbers without padding.
+struct alignas(64) KeptPair {
+  Vector p_AoBo = Vector::Constant(kNever);  ///< m, in W, when the manifold was made
+  double turned_m = 0;                       ///< the bodies' ways by turning, then
   double bears_m = 0;                        ///< how much motion the manifold bears
   double margin_m = 0;                       ///< that it was made with
-  std::uint64_t choice = 0;                  ///< as of the last manifold
-  std::int64_t is_slow = 0;                  ///< 1: the next one is likely to be kept
-  double turned_m = 0;                       ///< the bodies' ways by turning when it was made
-  Vector p_AoBo = Vector::Constant(kNever);  ///< m, in W, then
+  std::int32_t place = -1;                   ///< of its manifold; -1: the pair is not worth keeping
+  std::int32_t count = 0;                    ///< points of the manifold
+  std::uint32_t choice = 0;                  ///< as of the last manifold
+  std::uint16_t is_held = 0;                 ///< 1: the manifold is not of this tick
+  std::uint16_t is_slow = 0;                 ///< 1: the next one is likely to be kept
 
   static constexpr double kNever = 1e300;
   bool is_new() const { return p_AoBo.x() == kNever; }
@@ -42,6 +46,23 @@ struct KeptPair {
   }
 };
 
+/// Sorted by names.
+struct KeptPairs {
+  std::vector<PairName> names;
+  std::vector<KeptPair> pairs;
+
+  std::size_t size() const { return names.size(); }
+  void resize(std::size_t size) {
+    names.resize(size);
+    pairs.resize(size);
+  }
+  /// At `to`, what `other` has at `k`.
+  void set(std::size_t to, const KeptPairs& other, std::size_t k) {
+    names[to] = other.names[k];
+    pairs[to] = other.pairs[k];
+  }
+};
+
 class PairMemory {
  public:
   /// Takes over the pairs of this tick, sorted; `ids` and `shapes` by slot. Pairs that were there
@@ -52,7 +73,8 @@ class PairMemory {
   /// Whether what is kept of the k-th pair, of convex shapes, holds still; else a fresh manifold is
   /// to be made, and kept. `turned`: the way that the points of both bodies have gone at most by
   /// turning, together, since the world began, m. `reach`: radius of the ball that holds the
-  /// smaller body, m. Pairs may be asked side by side.
+  /// smaller body, m. Pairs may be asked side by side, and each is asked in every tick, or for
+  /// `is_apart`: what it keeps comes along then, and not before it is needed.
   bool holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double reach,
              double margin);
   /// Of what holds: into `manifold`, or false if nothing touches.
@@ -61,19 +83,19 @@ class PairMemory {
   /// still certain that nothing is within the margin.
   bool is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double margin);
   /// It is not, but nothing was found: the two are at least so far apart, m.
-  void keep_apart(std::size_t k, double distance) { pairs_[k].bears_m = distance; }
+  void keep_apart(std::size_t k, double distance) { now_.pairs[k].bears_m = distance; }
 
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
-  bool is_slow(std::size_t k) const { return pairs_[k].is_slow != 0; }
+  bool is_slow(std::size_t k) const { return now_.pairs[k].is_slow != 0; }
   /// In A, unit: along which the two touched last, or were apart; zero: not known. Of pairs that
   /// begin at an axis.
   Vector axis_A(std::size_t k) const {
-    const std::int64_t place = pairs_[k].place;
+    const std::int32_t place = now_.pairs[k].place;
     return place < 0 ? Vector(Vector::Zero()) : manifolds_[static_cast<std::size_t>(place)].n_A;
   }
-  std::uint64_t choice(std::size_t k) const { return pairs_[k].choice; }
-  bool was_apart(std::size_t k) const { return pairs_[k].count == 0; }
+  std::uint64_t choice(std::size_t k) const { return now_.pairs[k].choice; }
+  bool was_apart(std::size_t k) const { return now_.pairs[k].count == 0; }
   /// Fetches what `recall` may read: manifolds lie anywhere, and to wait for them takes longer
   /// than all else that it does.
   void expect(std::size_t k) const;
@@ -84,13 +106,7 @@ class PairMemory {
   /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.
   template <class Sleeps>
   void put_by(Sleeps&& sleeps) {
-    const std::size_t before = put_by_.size();
-    std::erase_if(pairs_, [&](const KeptPair& pair) {
-      if (!sleeps(pair.a, pair.b)) return false;
-      put_by_.push_back(pair);
-      return true;
-    });
-    merge(put_by_, before);
+    move(now_, put_by_, [&](const PairName& pair) { return sleeps(pair.a, pair.b); });
   }
 
   /// Takes up what was put by of pairs with any of these bodies (ids ascending): as if they had
@@ -98,13 +114,15 @@ class PairMemory {
   void take_up(std::span<const std::int64_t> ids);
 
   /// In this tick: the manifold was not made anew.
-  bool was_held(std::size_t k) const { return pairs_[k].is_held != 0; }
+  bool was_held(std::size_t k) const { return now_.pairs[k].is_held != 0; }
 
   /// Calls `array(name, values)` for all that influences the next tick.
   template <class F>
   void for_each_array(F&& array) {
-    array("kept pairs", pairs_);
-    array("pairs put by", put_by_);
+    array("kept pairs", now_.names);
+    array("what they keep", now_.pairs);
+    array("pairs put by", put_by_.names);
+    array("what these keep", put_by_.pairs);
     array("kept manifolds", manifolds_);
     array("free places", free_);
   }
@@ -112,17 +130,45 @@ class PairMemory {
  private:
   void follow_some(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
                    std::size_t begin, std::size_t end);
+  KeptPair& taken_over(std::size_t k);
   void release(const KeptPair& pair);
-  /// Sorts pairs whose first `sorted` ones are.
-  static void merge(std::vector<KeptPair>& pairs, std::size_t sorted);
+  static bool is_before(const PairName& p, const PairName& q) {
+    return p.a != q.a ? p.a < q.a : p.b < q.b;
+  }
+  /// Those for which `goes(name)`.
+  template <class Goes>
+  void move(KeptPairs& from, KeptPairs& to, const Goes& goes);
 
-  std::vector<KeptPair> pairs_, last_, put_by_;  ///< sorted
+  KeptPairs now_, last_, put_by_;
+  KeptPairs moved_;                    ///< for move()
+  std::vector<std::int32_t> from_;     ///< by pair: where in last_ is what it keeps; -1: it is here
+  std::vector<std::uint8_t> is_gone_;  ///< by place in last_, for follow()
   std::vector<KeptManifold> manifolds_;
-  std::vector<std::uint8_t> is_fresh_, is_gone_;  ///< by place in pairs_ and last_, for follow()
-  std::vector<std::int64_t> free_;                ///< places, the next to be taken last
+  std::vector<std::int32_t> free_;  ///< places, the next to be taken last
 };
 
-static_assert(sizeof(KeptPair) == 13 * 8);
+template <class Goes>
+void PairMemory::move(KeptPairs& from, KeptPairs& to, const Goes& goes) {
+  std::size_t left = 0, going = 0;
+  moved_.resize(from.size());
+  for (std::size_t k = 0; k < from.size(); ++k) {
+    if (goes(from.names[k])) {
+      moved_.set(going++, from, k);
+    } else {
+      from.set(left++, from, k);
+    }
+  }
+  from.resize(left);
+  std::size_t old = to.size(), end = old + going;
+  to.resize(end);
+  while (going > 0) {  // from the last to the first
+    const bool is_old = old > 0 && is_before(moved_.names[going - 1], to.names[old - 1]);
+    to.set(--end, is_old ? to : moved_, is_old ? --old : --going);
+  }
+}
+
+static_assert(sizeof(PairName) == 2 * 8);
+static_assert(sizeof(KeptPair) == 6 * 8 + 3 * 4 + 2 * 2);
 static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
 
 }  // namespace cradle

@@ -126,8 +126,7 @@ void BoxBatch::separate(Queue& queue) {
   }
   const std::span<const int> lanes(near.data(), count);
   // As they are, if few lanes are worked on in vain; else with the next ones.
-  if (pairs - static_cast<int>(count) <= kernels_.lanes / 4)
-    return clip(block, queue.pairs, lanes);
+  if (pairs - static_cast<int>(count) <= kernels_.lanes / 4) return clip(block, queue.pairs, lanes);
   for (const int lane : lanes) wait(queue, lane);
 }
 

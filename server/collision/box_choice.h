@@ -130,10 +130,10 @@ struct Extent {
 
 /// The four of last time, if they are all there, nearly as deep as any and spread nearly as far;
 /// the deepest of them then stands for the deepest of all, as `lower` has it (box_facing.cpp). Else
-/// another four.
-template <class V>
-CRADLE_LANES V choose_four_again(const FacePoints<V>& points, BoxFaceBlock& b, int lane,
-                                 const V& slack) {
+/// another four. Of lanes where there are more than four.
+template <class V, class M>
+CRADLE_LANES V choose_four_again(const FacePoints<V>& points, const M& are_many, BoxFaceBlock& b,
+                                 int lane, const V& slack) {
   const V last = load<V>(b.last_set + lane), one = fill<V>(1), none{};
   Extent<V> x, y, z, last_x, last_y, last_z;
   V rest = last, count{}, was_last[kBoxCandidates];
@@ -163,7 +163,7 @@ CRADLE_LANES V choose_four_again(const FacePoints<V>& points, BoxFaceBlock& b, i
         larger<V>(one - (points.z[c] - last_z.low) / (kTolerances.as_deep * slack), none);
     store(b.z[c] + lane, was_last[c] > none ? points.z[c] - lower * share : points.z[c]);
   }
-  return any<V>(stays == none)
+  return any<V>(are_many & (stays == none))
              ? (stay ? last : choose_four<V>(points, kTolerances.carrying_gap * slack))
              : last;
 }

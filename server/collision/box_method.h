@@ -384,7 +384,8 @@ CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
   const V steepness = faces.slope2 < fill<V>(kLevel * kLevel) ? V{} : root<V>(steep2);
   store(b.bears + lane, smaller<V>(kTolerances.kept_slide_m / steepness, points.inside + slack));
   const auto are_many = count > fill<V>(4);
-  if (any<V>(are_many)) set = are_many ? choose_four_again<V>(points, b, lane, slack) : set;
+  if (any<V>(are_many))
+    set = are_many ? choose_four_again<V>(points, are_many, b, lane, slack) : set;
   store(b.set + lane, set);
 }
 

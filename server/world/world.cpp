@@ -250,6 +250,8 @@ class Narrow final : public MadeManifolds {
   /// Fetches what is to be read of a pair: first bodies follow each other, second ones do not.
   void expect(std::size_t k) const {
     const std::size_t b = index(s_.pairs[k].b);
+    __builtin_prefetch(&s_.margins[b]);
+    __builtin_prefetch(&s_.bodies.v[b]);
     __builtin_prefetch(&s_.bodies.shape[b]);
     __builtin_prefetch(&s_.poses[b]);
     __builtin_prefetch(s_.poses[b].R.data() + 8);  // its end

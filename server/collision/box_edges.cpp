@@ -31,7 +31,7 @@ struct Edge {
 
 }  // namespace
 
-Manifold meet_edges(const BoxAxes& boxes, const Pose& X_WA) {
+void meet_edges(const BoxAxes& boxes, const Pose& X_WA, Manifold& manifold) {
   const BoxAxes::Edges& axis = boxes.edges;
   const Vector a = Vector::Unit(axis.i), b = boxes.C.col(axis.j);
   Vector n = a.cross(b).normalized();
@@ -49,14 +49,15 @@ Manifold meet_edges(const BoxAxes& boxes, const Pose& X_WA) {
   const Vector p = edge_A.middle + a * along_A;
   const Vector q = middle_B + b * along_B;
 
-  Manifold manifold;
-  if (axis.s > 0 && (q - p).norm() > axis.s + kTolerances.tie_m) return manifold;
+  manifold.count = 0;
+  manifold.lead = 0;
+  manifold.choice = 0;
+  if (axis.s > 0 && (q - p).norm() > axis.s + kTolerances.tie_m) return;
   manifold.normal_W = X_WA.R * n;
   manifold.count = 1;
   manifold.lead = -1;  // turns with both boxes, the more the less the edges cross
   manifold.points[0] = {X_WA.x + X_WA.R * (0.5 * (p + q)), axis.s,
                         kNoFace | edge_A.name << 6 | edge_B.name};
-  return manifold;
 }
 
 }  // namespace cradle

@@ -212,7 +212,7 @@ void BoxBatch::Facing::add_rest_of_faces(Manifold& manifold) const {
 /// By edges that part the boxes better than any face.
 bool BoxBatch::Facing::meet_by_edges(Manifold& manifold) const {
   if (!(block.s_edge[lane] > block.least_edge[lane])) return false;
-  manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
+  meet_edges(axes_of(block, lane), *pair.X_WA, manifold);
   if (manifold.count == 0) return false;
   manifold.choice = kEdgesOfChoice;
   add_rest_of_faces(manifold);
@@ -222,7 +222,7 @@ bool BoxBatch::Facing::meet_by_edges(Manifold& manifold) const {
 /// What is nearest where no face counts: corners or edges of boxes apart, edges of others.
 void BoxBatch::Facing::meet_beside_faces(Manifold& manifold) const {
   if (!is_apart()) {
-    manifold = meet_edges(axes_of(block, lane), *pair.X_WA);
+    meet_edges(axes_of(block, lane), *pair.X_WA, manifold);
   } else if (!meet_corners(axes_of(block, lane), *pair.X_WA, pair.margin, manifold)) {
     manifold = convex_convex({*pair.A, *pair.X_WA}, {*pair.B, *pair.X_WB}, pair.margin);
     manifold.lead = manifold.count > 0 ? -1 : pair.margin;

@@ -8,6 +8,14 @@
 namespace cradle {
 namespace {
 
+/// Of these bytes every line of memory, nearly.
+void fetch_ahead(const void* begin, std::size_t size) {
+  constexpr std::size_t kLine = 64;
+  for (std::size_t at = 0; at < size; at += kLine) {
+    __builtin_prefetch(static_cast<const char*>(begin) + at);
+  }
+}
+
 constexpr std::size_t kChunk = 512;  // pairs that one thread takes at a time
 
 }  // namespace
@@ -102,14 +110,14 @@ bool PairMemory::is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, dou
   return pair.is_held != 0;
 }
 
-void PairMemory::expect(std::size_t k) const {
+void PairMemory::expect(std::size_t k, bool begins_at_axis) const {
   const std::int32_t from = from_[k];
   const KeptPair& pair = from < 0 ? now_.pairs[k] : last_.pairs[static_cast<std::size_t>(from)];
-  if (pair.place < 0 || pair.count == 0 || !(pair.bears_m > 0)) return;
+  if (pair.place < 0) return;
+  const bool may_hold = pair.count > 0 && pair.bears_m > 0;
+  if (!may_hold && !begins_at_axis) return;
   const auto& manifold = manifolds_[static_cast<std::size_t>(pair.place)];
-  constexpr std::size_t kLine = 64;
-  const auto* const begin = reinterpret_cast<const char*>(&manifold);
-  for (std::size_t at = 0; at < sizeof(manifold); at += kLine) __builtin_prefetch(begin + at);
+  fetch_ahead(&manifold, may_hold ? sizeof(manifold) : sizeof(manifold.n_A));
 }
 
 void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,

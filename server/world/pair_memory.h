@@ -96,9 +96,9 @@ class PairMemory {
   }
   std::uint64_t choice(std::size_t k) const { return now_.pairs[k].choice; }
   bool was_apart(std::size_t k) const { return now_.pairs[k].count == 0; }
-  /// Fetches what `recall` may read: manifolds lie anywhere, and to wait for them takes longer
-  /// than all else that it does.
-  void expect(std::size_t k) const;
+  /// Fetches what `recall` may read, or `axis_A`: manifolds lie anywhere, and to wait for them
+  /// takes longer than all else that is done with them.
+  void expect(std::size_t k, bool begins_at_axis) const;
   /// `begins_at_axis`: its axis is kept though the manifold is not.
   void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made,
             bool begins_at_axis);

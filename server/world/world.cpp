@@ -219,7 +219,8 @@ class Narrow final : public MadeManifolds {
       return;
     }
     constexpr std::size_t kAhead = 8;
-    if (k + kAhead < end_) expect(k + kAhead);
+    if (k + 2 * kAhead < end_) expect_body(index(s_.pairs[k + 2 * kAhead].b));
+    if (k + kAhead < end_) expect_pair(k + kAhead);
     const double turned = s_.turned[a] + s_.turned[b];
     const double reach = std::min(s_.reaches[a], s_.reaches[b]);
     if (s_.memory.holds(k, s_.poses[a], s_.poses[b], turned, reach, margin)) {
@@ -232,7 +233,7 @@ class Narrow final : public MadeManifolds {
     hints.foresight = s_.turns[a] + s_.turns[b];
     hints.choice = s_.memory.choice(k);
     if (hints.choice != 0) expect_points(k);
-    if (begins_at_axis(A.shape.kind, B.shape.kind)) {
+    if (begins_at_axis(a, b)) {
       hints.axis_W = s_.poses[a].R * s_.memory.axis_A(k);
       hints.was_apart = s_.memory.was_apart(k);
     }
@@ -243,19 +244,23 @@ class Narrow final : public MadeManifolds {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
     s_.set_manifold(k, made);
     s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made,
-                   begins_at_axis(s_.bodies.shape[a].kind, s_.bodies.shape[b].kind));
+                   begins_at_axis(a, b));
   }
 
  private:
-  /// Fetches what is to be read of a pair: first bodies follow each other, second ones do not.
-  void expect(std::size_t k) const {
-    const std::size_t b = index(s_.pairs[k].b);
-    __builtin_prefetch(&s_.margins[b]);
-    __builtin_prefetch(&s_.bodies.v[b]);
-    __builtin_prefetch(&s_.bodies.shape[b]);
-    __builtin_prefetch(&s_.poses[b]);
-    __builtin_prefetch(s_.poses[b].R.data() + 8);  // its end
-    s_.memory.expect(k);
+  bool begins_at_axis(std::size_t a, std::size_t b) const {
+    return cradle::begins_at_axis(s_.bodies.shape[a].kind, s_.bodies.shape[b].kind);
+  }
+  /// Fetches what is to be read of a body: the second ones of pairs do not follow each other.
+  void expect_body(std::size_t i) const {
+    __builtin_prefetch(&s_.margins[i]);
+    __builtin_prefetch(&s_.bodies.v[i]);
+    __builtin_prefetch(&s_.bodies.shape[i]);
+    __builtin_prefetch(&s_.poses[i]);
+    __builtin_prefetch(s_.poses[i].R.data() + 8);  // its end
+  }
+  void expect_pair(std::size_t k) const {
+    s_.memory.expect(k, begins_at_axis(index(s_.pairs[k].a), index(s_.pairs[k].b)));
   }
   /// Likewise where the manifold of a pair that touched goes.
   void expect_points(std::size_t k) const {

@@ -35,9 +35,9 @@ const double* numbers_of(const Pose& X_WB) {
   return X_WB.x.data();
 }
 
-/// A lane without a pair is worked on, too: as the first.
-void fill_up(BoxPairBlock& block, int pairs) {
-  for (int lane = pairs; lane < kBoxLanes; ++lane) {
+/// Lanes without a pair that are worked on, too: as the first, but apart.
+void fill_up(BoxPairBlock& block, int pairs, int lanes) {
+  for (int lane = pairs; lane % lanes != 0; ++lane) {
     for (auto* numbers : {&block.half_A, &block.half_B, &block.X_WA, &block.X_WB}) {
       (*numbers)[lane] = (*numbers)[0];
     }
@@ -110,7 +110,7 @@ void BoxBatch::finish() {
 
 void BoxBatch::separate(Queue& queue) {
   BoxPairBlock& block = queue.block;
-  fill_up(block, queue.waiting);
+  fill_up(block, queue.waiting, kernels_.lanes);
   kernels_.separate(block, queue.waiting);
   const int pairs = std::exchange(queue.waiting, 0);
   std::array<int, kBoxLanes> near;

@@ -78,14 +78,24 @@ TEST_CASE("heaps of cubes come to rest") {
   }
 }
 
+namespace {
+
+/// Of slots 0 and 1, along z.
+ContactConstraint contact_of_four() {
+  ContactConstraint c;
+  c.b = 1;
+  c.n = Vector::UnitZ();
+  c.t1 = tangent(c.n);
+  c.count = 4;
+  return c;
+}
+
+}  // namespace
+
 TEST_CASE(
     "points that are new carry what those that have gone did, with the same force and torque") {
   const std::vector<std::int64_t> ids{1, 2};
-  ContactConstraint before;
-  before.b = 1;
-  before.n = Vector::UnitZ();
-  before.t1 = tangent(before.n);
-  before.count = 4;
+  ContactConstraint before = contact_of_four();
   std::mt19937_64 random(5);
   const auto torque = [](const ContactConstraint& c) {
     Vector sum = Vector::Zero();
@@ -136,4 +146,32 @@ TEST_CASE(
   cache.store(serial_executor, ids, std::array{before});
   ContactCache::Reader(cache, ids).restore(after);
   CHECK(force(after) == 0);
+}
+
+TEST_CASE("of a contact that carries nothing one entry tells that it was there") {
+  const std::vector<std::int64_t> ids{1, 2};
+  ContactConstraint before = contact_of_four();
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    before.points[k].feature = k;
+    before.points[k].rA = {0.1 * k, 0.2 * k, 0.5};
+    before.points[k].K_normal = 2;
+  }
+  ContactCache cache;
+  const auto restored = [&] {
+    ContactConstraint after = before;
+    for (ConstraintPoint& p : after.used()) p.K_normal = p.press = 0;
+    cache.store(serial_executor, ids, std::array{before});
+    ContactCache::Reader(cache, ids).restore(after);
+    return after;
+  };
+  const ContactConstraint idle = restored();
+  CHECK(cache.entries().size() == 1);
+  CHECK(idle.is_known);
+  for (const ConstraintPoint& p : idle.used()) CHECK(p.K_normal == 2);  // else it would be new
+
+  before.points[2].press = 3;  // it has let go, and remembers
+  const ContactConstraint pressed = restored();
+  CHECK(cache.entries().size() == 4);
+  CHECK(pressed.points[2].press == 3);
+  CHECK(pressed.points[1].K_normal == 2);
 }

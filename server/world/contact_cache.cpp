@@ -155,8 +155,9 @@ void ContactCache::store(Executor& executor, std::span<const std::int64_t> ids,
              [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                Run& run = runs_[chunk];
                run.begin = run.end = room_.data() + kEntries * begin;
-               for (std::size_t k = begin; k < end; ++k)
+               for (std::size_t k = begin; k < end; ++k) {
                  run.end = write(constraints[k], ids, run.end);
+               }
              });
   std::erase_if(runs_, [](const Run& run) { return run.begin == run.end; });
 }

@@ -159,7 +159,7 @@ class BodyLines {
   BodyLine* velocities() { return velocities_.data(); }
   const BodyLine* velocities() const { return velocities_.data(); }
   const BodyLine* motions() const { return motions_.data(); }
-  /// How they yield: as BlockFilling.
+  /// How they turn: as BlockFilling.
   const BodyLine* responses() const { return responses_.data(); }
 
  private:

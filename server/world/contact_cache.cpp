@@ -21,8 +21,8 @@ constexpr std::size_t kEntries = kManifoldPoints + 1;
 
 /// Whether its points remember nothing but that they are not new.
 bool is_idle(const ContactConstraint& c) {
-  return std::ranges::all_of(c.used(), [](const ConstraintPoint& p) {
-    return p.force == 0 && p.press == 0 && p.rest_m == 0 && p.rest_load == 0;
+  return std::ranges::all_of(c.used(), [&c](const ConstraintPoint& p) {
+    return p.force == 0 && p.press == 0 && (!c.has_rested || c.rest(p).is_none());
   });
 }
 
@@ -32,13 +32,22 @@ CachedForce* write(const ContactConstraint& c, std::span<const std::int64_t> ids
   const std::int64_t a = ids[static_cast<std::size_t>(c.a)], b = ids[static_cast<std::size_t>(c.b)];
   const Vector t2 = c.t2();
   if (is_idle(c)) {
-    *next++ = {a, b, c.part, kIdleFeature, 0, 0, c.points[0].K_normal};
+    *next++ = {a, b, c.part, kIdleFeature, 0, 0, c.K_normals[0]};
   } else {
-    for (const ConstraintPoint& p : c.used()) {
-      *next++ = {
-          a,       b,          c.part,   p.feature,   p.force,
-          p.press, p.K_normal, p.rest_m, p.rest_load, p.force_t.x() * c.t1 + p.force_t.y() * t2,
-          p.rA};
+    for (std::size_t i = 0; i < c.used().size(); ++i) {
+      const ConstraintPoint& p = c.points[i];
+      const PointRest rest = c.has_rested ? c.rests[i] : PointRest{};
+      *next++ = {a,
+                 b,
+                 c.part,
+                 c.features[i],
+                 p.force,
+                 p.press,
+                 c.K_normals[i],
+                 rest.m,
+                 rest.load,
+                 p.force_t.x() * c.t1 + p.force_t.y() * t2,
+                 p.rA};
     }
   }
   if (c.turns_heavily()) {
@@ -47,9 +56,10 @@ CachedForce* write(const ContactConstraint& c, std::span<const std::int64_t> ids
   return next;
 }
 
-std::span<ConstraintPoint>::iterator find(std::span<ConstraintPoint> points,
-                                          std::uint64_t feature) {
-  return std::ranges::find(points, feature, &ConstraintPoint::feature);
+/// Of its points, the one with this feature; their number if there is none.
+std::size_t find(const ContactConstraint& c, std::uint64_t feature) {
+  const auto begin = c.features.begin(), end = begin + c.count;
+  return static_cast<std::size_t>(std::find(begin, end, feature) - begin);
 }
 
 }  // namespace
@@ -80,21 +90,21 @@ void ContactCache::Reader::restore(ContactConstraint& c) {
       continue;
     }
     if (e->feature == kIdleFeature) {
-      for (ConstraintPoint& p : c.used()) p.K_normal = e->K_normal;
+      c.K_normals.fill(e->K_normal);
       continue;
     }
-    const auto p = find(c.used(), e->feature);
-    if (p == c.used().end()) {
+    const std::size_t i = find(c, e->feature);
+    if (i == c.used().size()) {
       gone += e->force > 0 ? 1 : 0;
       continue;
     }
     ++found;
-    p->force = e->force;
-    p->press = e->press;
-    p->K_normal = e->K_normal;
-    p->rest_m = e->rest_m;
-    p->rest_load = e->rest_load;
-    p->force_t = {c.t1.dot(e->friction), t2.dot(e->friction)};
+    ConstraintPoint& p = c.points[i];
+    p.force = e->force;
+    p.press = e->press;
+    p.force_t = {c.t1.dot(e->friction), t2.dot(e->friction)};
+    c.K_normals[i] = e->K_normal;
+    if (e->rest_m != 0 || e->rest_load != 0) c.set_rest(p, {e->rest_m, e->rest_load});
   }
   if (gone > 0 && found < c.count) hand_on(c, entry_);
 }
@@ -115,9 +125,9 @@ void ContactCache::Reader::hand_on(ContactConstraint& c, Cursor of_pair) {
   double press = 0;
   for (Cursor e = of_pair; !e.is_end() && std::pair(e->a, e->b) == pair; ++e) {
     if (e->part != c.part || e->feature == kTurningFeature) continue;
-    const auto p = find(c.used(), e->feature);
-    if (p != c.used().end()) {
-      const auto last = std::remove(fresh.begin(), fresh.begin() + count, &*p);
+    const std::size_t i = find(c, e->feature);
+    if (i < c.used().size()) {
+      const auto last = std::remove(fresh.begin(), fresh.begin() + count, &c.points[i]);
       count = static_cast<std::size_t>(last - fresh.begin());
       continue;
     }

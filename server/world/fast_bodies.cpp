@@ -346,7 +346,7 @@ void set_constraint(ContactConstraint& c, const Meeting& meeting, const Manifold
   for (ConstraintPoint& p : c.used()) {
     const Vector turned =
         meeting.time * (meeting.B.turn.cross(c.rB(p)) - meeting.A.turn.cross(p.rA));
-    p.s0 = p.s = std::max(p.s0, p.s0 - c.n.dot(travel + turned));
+    p.s0 = std::max(p.s0, p.s0 - c.n.dot(travel + turned));
   }
 }
 

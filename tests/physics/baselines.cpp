@@ -45,8 +45,8 @@ TEST_CASE("P33: lcp and impulse solve one contact as its equations say, penalty 
   Standing body = drakes_body(1000);
   const ContactReport report = body.step(*make_contact_solver("penalty"));
   CHECK(report.residual.most.natural_mps > 0.01);
-  CHECK(body.contact[0].points[0].s < -1e-3);
-  CHECK(body.contact[0].points[0].s > -1.0 / (2.718 * 140));
+  CHECK(body.contact[0].impulses[0].s < -1e-3);
+  CHECK(body.contact[0].impulses[0].s > -1.0 / (2.718 * 140));
 }
 
 TEST_CASE("P16: a box on a slope: penalty creeps, lcp and impulse hold") {

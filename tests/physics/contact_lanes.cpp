@@ -120,9 +120,9 @@ struct Tangle {
     }
     ContactConstraint c = make_constraint(manifold, a, b, arrays(), inverse_inertia_W);
     c.friction = uniform(random, 0, 1);
-    for (ConstraintPoint& p : c.used()) {
-      p.lambda = uniform(random, 0, 0.1);
-      p.lambda_t = {uniform(random, -0.01, 0.01), uniform(random, -0.01, 0.01)};
+    for (const ConstraintPoint& p : c.used()) {
+      c.impulse(p).lambda = uniform(random, 0, 0.1);
+      c.impulse(p).lambda_t = {uniform(random, -0.01, 0.01), uniform(random, -0.01, 0.01)};
     }
     find_effective_masses(c);
     constraints.push_back(c);
@@ -137,8 +137,8 @@ struct Tangle {
 void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const BodyLines& bodies) {
   for (ContactConstraint* c : all) {
     for (ConstraintPoint& p : c->used()) {
-      p.force = p.lambda / kStep.h;
-      p.force_t = p.lambda_t / kStep.h;
+      p.force = c->impulse(p).lambda / kStep.h;
+      p.force_t = c->impulse(p).lambda_t / kStep.h;
     }
     look_at(*c);
   }
@@ -149,16 +149,15 @@ void unpack(ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
   blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 0},
                 [](std::size_t, const BlockRun&) {});
   for (ContactConstraint* c : all) {
-    for (ConstraintPoint& p : c->used()) {
-      p.lambda = kStep.h * p.force;
-      p.lambda_t = kStep.h * p.force_t;
+    for (const ConstraintPoint& p : c->used()) {
+      c->impulse(p) = {kStep.h * p.force_t, kStep.h * p.force};
     }
   }
 }
 
-/// A sub-step of them, side by side.
-void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
-             const ContactKernels& kernels) {
+/// A sub-step of them, side by side. Returns the separations of the first one's points.
+std::array<double, kBlockPoints> advance(std::span<ContactConstraint> constraints,
+                                         BodyLines& bodies, const ContactKernels& kernels) {
   ContactBlocks blocks;
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : constraints) all.push_back(&c);
@@ -173,6 +172,10 @@ void advance(std::span<ContactConstraint> constraints, BodyLines& bodies,
     kernels.relax(run, kStep, bodies.velocities(), bodies.motions());
   }
   unpack(blocks, all);
+  std::array<double, kBlockPoints> separations{};
+  const ContactBlock& first = blocks.runs()[0].blocks[0];
+  for (std::size_t i = 0; i < kBlockPoints; ++i) separations[i] = first.s[i][0];
+  return separations;
 }
 
 }  // namespace
@@ -193,11 +196,11 @@ TEST_CASE("a manifold in a block does what its points would do one after another
     const Vector moments = seed % 2 == 0 ? Vector(1, 2, 3) : Vector(2, 2, 2);
     Tangle tangle(9, 1, 1 + static_cast<int>(seed / 2 % 4), seed, moments);
     CHECK(tangle.lines().are_round() == (seed % 2 != 0));
-    tangle.constraints[0].points[0].lambda = 0;  // or they would be solved at once
+    tangle.constraints[0].impulses[0].lambda = 0;  // or they would be solved at once
     std::vector<ContactConstraint> alone = tangle.constraints;
     BodyLines side_by_side = tangle.lines(), one_by_one = tangle.lines();
 
-    advance(tangle.constraints, side_by_side, contact_kernels_of(lanes));
+    const auto separations = advance(tangle.constraints, side_by_side, contact_kernels_of(lanes));
     SingleContact contact(alone[0], one_by_one);
     contact.warm_start();
     contact.solve(kStep);
@@ -205,9 +208,8 @@ TEST_CASE("a manifold in a block does what its points would do one after another
     contact.relax(kStep);
 
     for (std::size_t i = 0; i < static_cast<std::size_t>(alone[0].count); ++i) {
-      const ConstraintPoint& p = tangle.constraints[0].points[i];
-      const ConstraintPoint& q = alone[0].points[i];
-      CHECK(p.s == Approx(q.s).margin(1e-13));
+      const PointImpulse &p = tangle.constraints[0].impulses[i], &q = alone[0].impulses[i];
+      CHECK(separations[i] == Approx(q.s).margin(1e-13));
       CHECK(p.lambda == Approx(q.lambda).margin(1e-12));
       CHECK((p.lambda_t - q.lambda_t).norm() < 1e-12);
     }
@@ -227,27 +229,27 @@ TEST_CASE("points that carry together are solved at once") {
     const int points = 2 + static_cast<int>(seed % 3);
     Tangle tangle(5, 1, points, seed);
     ContactConstraint& c = tangle.constraints[0];
-    for (ConstraintPoint& p : c.used()) p.lambda = 5 * (p.lambda + 0.1);
+    for (PointImpulse& own : c.impulses) own.lambda = 5 * (own.lambda + 0.1);
     Eigen::MatrixXd K(points, points);
     const Softness soft = softness_of(kStep.h);
     Eigen::VectorXd rest(points), old(points);
     for (int i = 0; i < points; ++i) {
       const ConstraintPoint& p = c.points[static_cast<std::size_t>(i)];
       BodyLines pushed = tangle.lines(), still = tangle.lines();
-      SingleContact push(c, pushed), before(c, still);
-      ConstraintPoint unit = p;
-      push.add_normal(unit, 1);
+      ContactConstraint unit = c;
+      SingleContact push(unit, pushed), before(c, still);
+      push.add_normal(unit.points[static_cast<std::size_t>(i)], 1);
       for (int j = 0; j < points; ++j) {
         const ConstraintPoint& q = c.points[static_cast<std::size_t>(j)];
         K(j, i) = push.normal_velocity(q) - before.normal_velocity(q);
       }
       const double limit = std::max(kStep.push_speed, -kStep.push_rate * p.s0) +
-                           soft.impulse_scale * K(i, i) * p.lambda;
+                           soft.impulse_scale * K(i, i) * c.impulse(p).lambda;
       const double bias = std::max(soft.mass_scale * soft.bias_rate * p.s0, -limit);
       const double vn = before.normal_velocity(p);
-      const double give = soft.impulse_scale * K(i, i) * p.lambda / soft.mass_scale;
+      const double give = soft.impulse_scale * K(i, i) * c.impulse(p).lambda / soft.mass_scale;
       rest[i] = vn + give + (p.s0 > 0 ? p.s0 / kStep.h : bias / soft.mass_scale);
-      old[i] = p.lambda;
+      old[i] = c.impulse(p).lambda;
     }
     Eigen::MatrixXd softened = K;
     for (int i = 0; i < points; ++i) {
@@ -268,7 +270,7 @@ TEST_CASE("points that carry together are solved at once") {
     }
     unpack(blocks, all);
     for (int i = 0; i < points; ++i) {
-      CHECK(c.points[static_cast<std::size_t>(i)].lambda == Approx(expected[i]).epsilon(1e-9));
+      CHECK(c.impulses[static_cast<std::size_t>(i)].lambda == Approx(expected[i]).epsilon(1e-9));
     }
   }
   CHECK(at_once > 50);
@@ -287,9 +289,10 @@ TEST_CASE("a manifold that sticks stops at once, one that cannot slides within i
     const SingleContact contact(c, bodies);
     double least = 1e9, most = 0;
     for (const ConstraintPoint& p : c.used()) {
-      CHECK(p.lambda_t.norm() <= c.friction * p.lambda * (1 + 1e-12));
-      least = std::min(least, p.lambda);
-      most = std::max(most, p.lambda);
+      const PointImpulse& own = c.impulse(p);
+      CHECK(own.lambda_t.norm() <= c.friction * own.lambda * (1 + 1e-12));
+      least = std::min(least, own.lambda);
+      most = std::max(most, own.lambda);
     }
     if (least < 0.1 * most) continue;  // a point that carries little may not stick
     for (const ConstraintPoint& p : c.used()) {
@@ -323,7 +326,7 @@ TEST_CASE("rolling and torsional friction stop what bodies will turn by, when th
     c.friction = sticks ? 1e4 : 0;
     c.rolling_m = 1e6;
     c.torsional_m = sticks ? 0 : 1e6;
-    c.points[0].lambda = 1;
+    c.impulses[0].lambda = 1;
     BodyLines bodies = tangle.lines();
     const auto w = [&](std::int32_t slot, const Rotation& turn) {
       const Vector line = bodies.w(bodies.line(slot));

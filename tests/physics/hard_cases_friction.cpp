@@ -52,7 +52,8 @@ TEST_CASE("P33: one contact is solved as its equations say") {
     CHECK((contact.relative_velocity(p) - once).norm() < 1e-14);
     for (int sweep = 0; sweep < 90; ++sweep) contact.relax(step);
     const ContactConstraint& c = body.contact[0];
-    const Vector impulse = p.lambda * c.n + p.lambda_t.x() * c.t1 + p.lambda_t.y() * c.t2();
+    const PointImpulse& own = c.impulses[0];
+    const Vector impulse = own.lambda * c.n + own.lambda_t.x() * c.t1 + own.lambda_t.y() * c.t2();
     const Vector expected = mu > 0 ? Vector(1.0 / 12, 0.25, 1.0 / 3) : Vector(0, 0, 1.0 / 3);
     CHECK((impulse - expected).norm() < 1e-14);
     const Vector v = mu > 0 ? Vector(0, 0, 0) : Vector(-1, -1, 0);

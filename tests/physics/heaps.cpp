@@ -117,12 +117,12 @@ TEST_CASE(
       ConstraintPoint &p = before.points[i], &q = after.points[i];
       p.rA = {std::cos(angle), std::sin(angle), 0.5};
       p.force = 10 + uniform(random, -1, 1);
-      p.feature = static_cast<std::uint32_t>(k);
+      before.features[i] = after.features[i] = static_cast<std::uint32_t>(k);
       q = p;
       q.force = 0;
       if (keeps_one && k == 0) continue;
       q.rA = {std::cos(angle + std::numbers::pi / 4), std::sin(angle + std::numbers::pi / 4), 0.5};
-      q.feature = p.feature + 10;
+      after.features[i] += 10;
     }
     ContactCache cache;
     cache.store(serial_executor, ids, std::array{before});
@@ -138,8 +138,8 @@ TEST_CASE(
   for (ConstraintPoint& p : after.used()) {
     p.rA = {p.rA.z(), p.rA.x(), p.rA.y()};
     p.force = 0;
-    p.feature += 20;
   }
+  for (std::uint32_t& feature : after.features) feature += 20;
   after.n = Vector::UnitX();
   after.t1 = tangent(after.n);
   ContactCache cache;
@@ -152,14 +152,15 @@ TEST_CASE("of a contact that carries nothing one entry tells that it was there")
   const std::vector<std::int64_t> ids{1, 2};
   ContactConstraint before = contact_of_four();
   for (std::uint32_t k = 0; k < 4; ++k) {
-    before.points[k].feature = k;
+    before.features[k] = k;
     before.points[k].rA = {0.1 * k, 0.2 * k, 0.5};
-    before.points[k].K_normal = 2;
+    before.K_normals[k] = 2;
   }
   ContactCache cache;
   const auto restored = [&] {
     ContactConstraint after = before;
-    for (ConstraintPoint& p : after.used()) p.K_normal = p.press = 0;
+    for (ConstraintPoint& p : after.used()) p.press = 0;
+    after.K_normals = {};
     cache.store(serial_executor, ids, std::array{before});
     ContactCache::Reader(cache, ids).restore(after);
     return after;
@@ -167,11 +168,11 @@ TEST_CASE("of a contact that carries nothing one entry tells that it was there")
   const ContactConstraint idle = restored();
   CHECK(cache.entries().size() == 1);
   CHECK(idle.is_known);
-  for (const ConstraintPoint& p : idle.used()) CHECK(p.K_normal == 2);  // else it would be new
+  for (const double K : idle.K_normals) CHECK(K == 2);  // else it would be new
 
   before.points[2].press = 3;  // it has let go, and remembers
   const ContactConstraint pressed = restored();
   CHECK(cache.entries().size() == 4);
   CHECK(pressed.points[2].press == 3);
-  CHECK(pressed.points[1].K_normal == 2);
+  CHECK(pressed.K_normals[1] == 2);
 }

@@ -174,7 +174,7 @@ TEST_CASE("the rows of a contact in the plane know its freedoms alone") {
   manifold.points[0].separation = 0;
   ContactConstraint c = make_constraint(manifold, 0, 1, bodies, inverse_inertia);
   find_effective_masses(c);
-  CHECK(c.points[0].K_normal == Approx(1 + 0.25 / J).epsilon(1e-14));
+  CHECK(c.K_normals[0] == Approx(1 + 0.25 / J).epsilon(1e-14));
   CHECK(c.K_tangents[0] == Approx(1 + 0.09 / J).epsilon(1e-14));
 }
 

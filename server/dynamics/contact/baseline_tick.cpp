@@ -93,10 +93,11 @@ std::vector<Vector> BaselineTick::forces_of(ContactSystem::Points points, double
 void BaselineTick::keep(ContactSystem::Points points, std::span<const Vector> impulses, double h) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     ConstraintPoint& p = *points[i].p;
-    p.lambda = impulses[i].x();
-    p.lambda_t = impulses[i].tail<2>();
-    p.force = p.lambda / h;
-    p.force_t = p.lambda_t / h;
+    PointImpulse& own = points[i].c->impulse(p);
+    own.lambda = impulses[i].x();
+    own.lambda_t = impulses[i].tail<2>();
+    p.force = own.lambda / h;
+    p.force_t = own.lambda_t / h;
   }
 }
 
@@ -109,10 +110,10 @@ void BaselineTick::judge() {
   report.residual = {};
   const BodyLines& lines = bodies;
   for (const ContactSystem::Point& point : system.points()) {
-    const ConstraintPoint& p = *point.p;
+    const PointImpulse& own = point.c->impulse(*point.p);
     const Vector u = ContactSystem::velocity(point, lines.velocities()) + Vector(point.bias, 0, 0);
-    report.residual.add(point.K.x(), point.c->friction, {p.lambda, p.lambda_t.x(), p.lambda_t.y()},
-                        u);
+    report.residual.add(point.K.x(), point.c->friction,
+                        {own.lambda, own.lambda_t.x(), own.lambda_t.y()}, u);
   }
 }
 
@@ -125,7 +126,7 @@ void BaselineTick::add_work(double h) {
 ContactReport BaselineTick::end(int sub_steps) {
   if (tick.is_balanced) bodies.end_balance(report.balance, tick.dt);
   for (ContactSystem::Point& point : system.points()) {
-    point.p->s = ContactSystem::separation(point, bodies);
+    point.c->impulse(*point.p).s = ContactSystem::separation(point, bodies);
     point.c->torque = Vector::Zero();
   }
   bodies.finish();

@@ -10,19 +10,25 @@
 namespace cradle {
 namespace {
 
-template <class V>
+/// What of a line is read or written: numbers from the first up to, not with, the end; and those
+/// that lie with them in a vector.
+struct Share {
+  int first = 0, end = kLineDoubles;
+};
+
+template <class V, Share share = {}>
 CRADLE_LANES void load_numbers(V* rows, double* const* lines, int begin) {
   constexpr int n = kLanes<V>;
-  for (int part = 0; part < kLineDoubles / n; ++part) {
+  for (int part = share.first / n; part * n < share.end; ++part) {
     for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(lines[l] + begin + part * n);
     if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
   }
 }
 /// Where there is a constraint.
-template <class V>
+template <class V, Share share>
 CRADLE_LANES void store_numbers(V* rows, const ContactBlock& c, int lane, int begin) {
   constexpr int n = kLanes<V>;
-  for (int part = 0; part < kLineDoubles / n; ++part) {
+  for (int part = share.first / n; part * n < share.end; ++part) {
     if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
     for (int l = 0; l < n; ++l) {
       if (c.source[lane + l] < 0) continue;
@@ -30,6 +36,8 @@ CRADLE_LANES void store_numbers(V* rows, const ContactBlock& c, int lane, int be
     }
   }
 }
+
+constexpr Share kNormals{0, kBlockPoints}, kLoads{ConstraintLines::kLoad, kLineDoubles};
 
 template <class V>
 CRADLE_LANES void store3(BlockRow* rows, int lane, const Triple<V>& value) {
@@ -64,25 +72,25 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   const V one = fill<V>(1), preload = filling.give * r[7];
   store(c.sink_share + lane, one - r[7]);
 
+  V K[kLineDoubles];
+  load_numbers<V, kNormals>(K, c.lines + lane, Lines::kMasses);
   Triple<V> arms[points], sum{};
   V number{}, zero{};
   for (int i = 0; i < points; ++i) {
     const auto is_there = at<V>(c.yields[i], lane) > V{};
-    const int begin = Lines::kPoints + i * Lines::kPointNumbers;
-    load_numbers(r, c.lines + lane, begin + Lines::kPlace);
+    load_numbers(r, c.lines + lane, Lines::kPoints + i * kLineDoubles);
+    const V *const load = r + Lines::kLoad, force = load[2], press = load[3];
     arms[i] = {r[0], r[1], r[2]};
     sum = sum + select(is_there, arms[i], Triple<V>{});
     number = number + (is_there ? one : zero);
-    const V gap = r[3];
-    load_numbers(r, c.lines + lane, begin + Lines::kLoad);
-    const V load = larger<V>(smaller<V>(r[3], filling.excess * (r[2] * r[4])) - r[7],
-                             zero);  // beyond rest_load
-    const V s0 = is_there ? gap - preload * load : zero;
+    const V rest = filling.rest_loads != nullptr ? at<V>(filling.rest_loads[i], lane) : zero;
+    const V lasting = smaller<V>(press, filling.excess * (force * K[i]));
+    const V s0 = is_there ? r[3] - preload * larger<V>(lasting - rest, zero) : zero;
     store(c.s0[i] + lane, s0);
     store(c.s[i] + lane, s0);
-    store(c.lambda_1[i] + lane, is_there ? filling.h * r[0] : zero);
-    store(c.lambda_2[i] + lane, is_there ? filling.h * r[1] : zero);
-    store(c.lambda[i] + lane, is_there ? filling.h * r[2] : zero);
+    store(c.lambda_1[i] + lane, is_there ? filling.h * load[0] : zero);
+    store(c.lambda_2[i] + lane, is_there ? filling.h * load[1] : zero);
+    store(c.lambda[i] + lane, is_there ? filling.h * force : zero);
   }
   // The mean of the points: between them every point has a short lever.
   const V share = 1 / larger<V>(number, one);
@@ -111,22 +119,23 @@ CRADLE_LANES void take_lanes(const ContactBlock& c, int lane, const BlockTaking&
                              double* sag) {
   V most = load<V>(sag + lane);
   const V give = taking.give * at<V>(c.sink_share, lane);
+  V K[kLineDoubles], r[kLineDoubles], *const load = r + ConstraintLines::kLoad;
+  load_numbers<V, kNormals>(K, c.lines + lane, ConstraintLines::kMasses);
   for (int i = 0; i < points; ++i) {
-    const int begin = ConstraintLines::kPoints + i * ConstraintLines::kPointNumbers;
+    const int begin = ConstraintLines::kPoints + i * kLineDoubles;
     const V yields = at<V>(c.yields[i], lane);
-    V r[kLineDoubles];
-    load_numbers(r, c.lines + lane, begin + ConstraintLines::kLoad);
+    load_numbers<V, kLoads>(r, c.lines + lane, begin);
     // Of what does nothing, some lanes have no friction, others that of sign minus: plus 0, all.
-    r[0] = at<V>(c.lambda_1[i], lane) / taking.h + V{};
-    r[1] = at<V>(c.lambda_2[i], lane) / taking.h + V{};
-    r[2] = at<V>(c.lambda[i], lane) / taking.h;
-    r[4] = yields > V{} ? 1 / yields : V{};
-    r[5] = at<V>(c.s[i], lane);
-    const V now = r[2] * r[4];
-    r[3] = yields > V{} ? press_after<V>(r[3], now, taking) : V{};
-    most = larger<V>(give * smaller<V>(r[3], now), most);
-    store_numbers(r, c, lane, begin + ConstraintLines::kLoad);
+    load[0] = at<V>(c.lambda_1[i], lane) / taking.h + V{};
+    load[1] = at<V>(c.lambda_2[i], lane) / taking.h + V{};
+    load[2] = at<V>(c.lambda[i], lane) / taking.h;
+    K[i] = yields > V{} ? 1 / yields : V{};
+    const V now = load[2] * K[i];
+    load[3] = yields > V{} ? press_after<V>(load[3], now, taking) : V{};
+    most = larger<V>(give * smaller<V>(load[3], now), most);
+    store_numbers<V, kLoads>(r, c, lane, begin);
   }
+  store_numbers<V, kNormals>(K, c, lane, ConstraintLines::kMasses);
   store(sag + lane, most);
 }
 

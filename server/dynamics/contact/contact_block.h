@@ -19,11 +19,11 @@ inline constexpr double kImpactHaste = 1e9;
 
 /// What the kernels see of a ContactConstraint: lines of eight numbers, by where they begin.
 struct ConstraintLines {
-  static constexpr int kFrame = 0;   ///< n, t1, friction, preload
-  static constexpr int kBodies = 8;  ///< from_B, 1/m of A and of B, restitution
-  static constexpr int kPoints = 24, kPointNumbers = 16;  ///< each of them:
-  static constexpr int kPlace = 0;                        ///< rA, s0
-  static constexpr int kLoad = 8;  ///< force_t, force, press, K_normal, s, rest_m, rest_load
+  static constexpr int kFrame = 0;    ///< n, t1, friction, preload
+  static constexpr int kBodies = 8;   ///< from_B, 1/m of A and of B, restitution
+  static constexpr int kMasses = 24;  ///< K_normals, and four others
+  static constexpr int kPoints = 32;  ///< a line each: rA, s0, then
+  static constexpr int kLoad = 4;     ///< force_t, force, press
 };
 
 /// Eight manifolds side by side, which share no body that yields. Of points that are missing,
@@ -109,10 +109,11 @@ struct ContactWork {
 
 /// How blocks are filled from constraints.
 struct BlockFilling {
-  const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz
-  double h;                   ///< s, of a sub-step
-  double give;                ///< s^2: softness.h
-  double excess;              ///< ConstraintPoint::lasting_load
+  const BodyLine* responses;            ///< inverse inertia xx xy xz yy yz zz
+  double h;                             ///< s, of a sub-step
+  double give;                          ///< s^2: softness.h
+  double excess;                        ///< ContactConstraint::lasting_load
+  const ContactBlock::Row* rest_loads;  ///< by point, m/s^2: of PointRest; null: all 0
 };
 /// How constraints take their results.
 struct BlockTaking {

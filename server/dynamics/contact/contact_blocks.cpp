@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "server/dynamics/contact/softness.h"
 
@@ -35,6 +36,8 @@ bool is_idle(const ContactConstraint& c) { return c.carrying == 0 && !c.is_met; 
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
+constexpr int kLine = 8;  // numbers
+
 /// Of the constraint that a block's lane reads, the number at this place of this line.
 constexpr std::size_t at(int line, std::size_t place) {
   return sizeof(double) * (static_cast<std::size_t>(line) + place);
@@ -47,15 +50,13 @@ static_assert(offsetof(ContactConstraint, preload) == at(Lines::kFrame, 7));
 static_assert(offsetof(ContactConstraint, from_B) == at(Lines::kBodies, 0));
 static_assert(offsetof(ContactConstraint, restitution) == at(Lines::kBodies, 5));
 static_assert(offsetof(ContactConstraint, points) == at(Lines::kPoints, 0));
-static_assert(sizeof(ConstraintPoint) == at(Lines::kPointNumbers, 0));
-static_assert(offsetof(ConstraintPoint, rA) == at(Lines::kPlace, 0));
-static_assert(offsetof(ConstraintPoint, s0) == at(Lines::kPlace, 3));
+static_assert(offsetof(ContactConstraint, K_normals) == at(Lines::kMasses, 0));
+static_assert(sizeof(ConstraintPoint) == at(kLine, 0));
+static_assert(offsetof(ConstraintPoint, rA) == at(0, 0));
+static_assert(offsetof(ConstraintPoint, s0) == at(0, 3));
 static_assert(offsetof(ConstraintPoint, force_t) == at(Lines::kLoad, 0));
 static_assert(offsetof(ConstraintPoint, force) == at(Lines::kLoad, 2));
 static_assert(offsetof(ConstraintPoint, press) == at(Lines::kLoad, 3));
-static_assert(offsetof(ConstraintPoint, K_normal) == at(Lines::kLoad, 4));
-static_assert(offsetof(ConstraintPoint, s) == at(Lines::kLoad, 5));
-static_assert(offsetof(ConstraintPoint, rest_load) == at(Lines::kLoad, 7));
 
 using Row = ContactBlock::Row;
 
@@ -71,8 +72,7 @@ Vector centre(const ContactConstraint& c) {
 }
 
 /// Of no constraint. Nobody writes to it.
-alignas(
-    64) double no_lines[ConstraintLines::kPoints + kBlockPoints * ConstraintLines::kPointNumbers]{};
+alignas(64) double no_lines[ConstraintLines::kPoints + kBlockPoints * kLine]{};
 
 /// Lanes without a manifold do nothing to nobody.
 void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
@@ -196,11 +196,8 @@ void ContactBlocks::expect(const ContactBlock& block, int points) const {
     __builtin_prefetch(line + Lines::kFrame);
     __builtin_prefetch(line + Lines::kBodies);
     __builtin_prefetch(&c.a);
-    for (int i = 0; i < points; ++i) {
-      const double* const point = line + Lines::kPoints + i * Lines::kPointNumbers;
-      __builtin_prefetch(point + Lines::kPlace);
-      __builtin_prefetch(point + Lines::kLoad);
-    }
+    __builtin_prefetch(line + Lines::kMasses);
+    for (int i = 0; i < points; ++i) __builtin_prefetch(line + Lines::kPoints + i * kLine);
   }
 }
 
@@ -208,6 +205,8 @@ void ContactBlocks::expect(const ContactBlock& block, int points) const {
 void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
                          const BodyLines& bodies, double h) {
   const std::int32_t waste = bodies.waste(static_cast<std::size_t>(&block - blocks_.data()));
+  alignas(64) Row rest_loads[kBlockPoints];
+  bool has_rested = false;
   for (int lane = 0; lane < kBlockLanes; ++lane) {
     if (block.source[lane] < 0) continue;
     ContactConstraint& c = *sources_[index(block.source[lane])];
@@ -218,8 +217,13 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     block.a_out[lane] = bodies.yields(a) ? a : waste;
     block.b_out[lane] = bodies.yields(b) ? b : waste;
     for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
+    if (!c.has_rested) continue;
+    if (!std::exchange(has_rested, true))
+      std::ranges::fill(std::span(rest_loads[0], std::size(rest_loads) * kBlockLanes), 0);
+    for (int i = 0; i < run.points; ++i) rest_loads[i][lane] = c.rests[index(i)].load;
   }
-  kernels.gather(part_of(run, &block, 1), {bodies.responses(), h, give_of(1, h), kPreloadExcess});
+  kernels.gather(part_of(run, &block, 1), {bodies.responses(), h, give_of(1, h), kPreloadExcess,
+                                           has_rested ? rest_loads : nullptr});
 }
 
 void ContactBlocks::note_places(const BodyLines& bodies) {

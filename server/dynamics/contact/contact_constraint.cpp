@@ -55,17 +55,20 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
   c.preload = 0;
   c.carrying = 0;
-  c.is_met = c.is_known = c.has_rested = false;
+  c.is_met = c.is_known = false;
+  if (c.has_rested) c.rests = {};
+  c.has_rested = false;
   c.t1 = tangent(c.n);
   c.count = static_cast<std::int16_t>(manifold.count);
   const Vector aside = to_undeformed(c, manifold);
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
-    p.force = p.press = p.K_normal = p.rest_m = p.rest_load = 0;
-    p.force_t = Eigen::Vector2d::Zero();
     p.rA = manifold.points[i].p_W - place_A.x + aside;
-    p.s0 = p.s = manifold.points[i].separation;
-    p.feature = manifold.points[i].feature;
+    p.s0 = manifold.points[i].separation;
+    p.force_t = Eigen::Vector2d::Zero();
+    p.force = p.press = 0;
+    c.K_normals[i] = 0;
+    c.features[i] = manifold.points[i].feature;
   }
 }
 
@@ -88,14 +91,13 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
 void look_at(ContactConstraint& c) {
   c.press = 0;
   c.carrying = 0;
-  c.is_met = c.has_rested = false;
+  c.is_met = false;
   c.deepest_m = 0;
   const double yields = c.inverse_mass_A + c.inverse_mass_B;
   for (const ConstraintPoint& p : c.used()) {
     c.press = std::max(c.press, p.press);
     if (p.force * yields > kNoLoad) ++c.carrying;
     c.is_met |= p.s0 <= 0;
-    c.has_rested |= p.rest_m != 0 || p.rest_load != 0;
     c.deepest_m = std::max(c.deepest_m, -p.s0);
   }
 }
@@ -104,14 +106,14 @@ void find_effective_masses(ContactConstraint& c) {
   const Matrix &IA = *c.inverse_inertia_A, &IB = *c.inverse_inertia_B;
   const Vector t2 = c.t2();
   for (std::size_t i = 0; i < c.used().size(); ++i) {
-    ConstraintPoint& p = c.points[i];
+    const ConstraintPoint& p = c.points[i];
     const Vector rB = c.rB(p);
     // K(e, f) = e . f (1/mA + 1/mB) + (rA x e) . IA^-1 (rA x f) + (rB x e) . IB^-1 (rB x f)
     const auto K = [&](const Vector& e, const Vector& f) {
       return (c.inverse_mass_A + c.inverse_mass_B) * e.dot(f) +
              p.rA.cross(e).dot(IA * p.rA.cross(f)) + rB.cross(e).dot(IB * rB.cross(f));
     };
-    p.K_normal = K(c.n, c.n);
+    c.K_normals[i] = K(c.n, c.n);
     // The larger eigenvalue of K in the tangent plane, so that a sliding point is always slowed
     // along its own velocity: with the full inverse of K, clamped to the cone, it would be pushed
     // sideways wherever K is not isotropic (a box then stops 10 % too late).

@@ -32,7 +32,7 @@ struct Poise {
   std::int32_t cool = 0;       ///< ticks until the next attempt
   std::int32_t fails = 0;      ///< attempts in vain since it last moved fast
   std::int32_t sub_steps = 1;  ///< of the soft step, when it was last moved by that
-  /// 1: some contact of it rests elsewhere than it touches (ConstraintPoint::rest_m).
+  /// 1: some contact of it rests elsewhere than it touches (PointRest).
   std::int32_t has_rested = 0;
 };
 
@@ -68,28 +68,27 @@ inline constexpr double kPreloadExcess = 1.1;
 // Kernels read and write whole lines of eight numbers of it, here and below: contact_block.h says
 // which.
 struct alignas(64) ConstraintPoint {
-  Vector rA;      ///< m
-  double s0 = 0;  ///< separation at the tick's start
-  // Impulses of a sub-step, of contacts that are solved one by one; blocks have their own.
-  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();
-  double lambda = 0;          ///< normal, >= 0
-  std::uint32_t feature = 0;  ///< as in the manifold
+  Vector rA;                                          ///< m
+  double s0 = 0;                                      ///< separation at the tick's start
+  Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
+  double force = 0;                                   ///< N: lambda over its sub-step
+  double press = 0;  ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
+};
+static_assert(sizeof(ConstraintPoint) == 64);
 
-  alignas(64) Eigen::Vector2d force_t = Eigen::Vector2d::Zero();  ///< N
-  double force = 0;                                               ///< N: lambda over its sub-step
-  double press = 0;     ///< m/s^2: what `force` alone would give, as far as it lasts: soft_step.cpp
-  double K_normal = 0;  ///< 1/kg; until the solver sets it, that of the tick before
-  double s = 0;         ///< at the last evaluation
-  /// Where it is at rest under the load `rest_load`, whatever the method: newton/hand_over.h.
-  double rest_m = 0;
-  double rest_load = 0;  ///< m/s^2, as `press`
+/// Where a point is at rest under a load, whatever the method: newton/hand_over.h.
+struct PointRest {
+  double m = 0;
+  double load = 0;  ///< m/s^2, as `press`
 
-  /// m/s^2: what a preload goes by. Not the force itself: one that is preloaded by what it was a
-  /// tick ago drives what sways ("heaps come to rest").
-  double lasting_load() const { return std::min(press, kPreloadExcess * force * K_normal); }
+  bool is_none() const { return m == 0 && load == 0; }
+};
 
-  /// m, as the method sees it that lets a load of 1 m/s^2 sink in by `give`, s^2.
-  double gap(double give) const { return s0 - rest_m - give * rest_load; }
+/// Of a point that is solved by itself; blocks have their own.
+struct PointImpulse {
+  Eigen::Vector2d lambda_t = Eigen::Vector2d::Zero();  ///< of a sub-step
+  double lambda = 0;                                   ///< normal, >= 0
+  double s = 0;                                        ///< separation at the last evaluation
 };
 
 // What every tick writes and reads of most contacts comes first, and has as few lines as can be: it
@@ -109,32 +108,62 @@ struct alignas(64) ContactConstraint {
   // What methods ask for before they choose: one line.
   std::int32_t a = 0, b = 0;  ///< slots
   std::int16_t count = 0;
-  std::int16_t carrying = 0;  ///< points with a force at the tick's start
-  bool is_ahead = false;      ///< the arms hold for other attitudes than those of then
-  bool is_met = false;        ///< a point without a gap there
-  bool is_known = false;      ///< there was one like it in the tick before
-  bool has_rested = false;    ///< a point may have a `rest_m` or `rest_load` other than 0
-  double press = 0;           ///< m/s^2: the largest of its points at the tick's start
-  double tolerance_m = 0;     ///< what it may sink in by; 0: the tick's
-  double deepest_m = 0;       ///< overlap of its points at the tick's start
+  std::int16_t carrying = 0;              ///< points with a force at the tick's start
+  bool is_ahead = false;                  ///< the arms hold for other attitudes than those of then
+  bool is_met = false;                    ///< a point without a gap there
+  bool is_known = false;                  ///< there was one like it in the tick before
+  bool has_rested = false;                ///< `rests` are not all 0, or may be
+  double press = 0;                       ///< m/s^2: the largest of its points at the tick's start
+  double tolerance_m = 0;                 ///< what it may sink in by; 0: the tick's
+  double deepest_m = 0;                   ///< overlap of its points at the tick's start
   double rolling_m = 0, torsional_m = 0;  ///< greatest torques by the sum of normal forces
   const Matrix* inverse_inertia_B = nullptr;
 
+  // By point:
+  std::array<double, kManifoldPoints> K_normals{};  ///< 1/kg; until the solver sets them, those of
+                                                    ///< the tick before
+  std::array<std::uint32_t, kManifoldPoints> features{};  ///< as in the manifold
+
   std::array<ConstraintPoint, kManifoldPoints> points;
 
+  // What most contacts have no use for.
+  std::array<PointRest, kManifoldPoints> rests;        ///< all 0 unless `has_rested`
+  std::array<PointImpulse, kManifoldPoints> impulses;  ///< of contacts that are solved one by one
+  /// Likewise: 1/kg, the largest in the tangent plane.
+  std::array<double, kManifoldPoints> K_tangents{};
   Vector torque = Vector::Zero();  ///< N m, in W, on B: of rolling and torsional friction
   /// From the attitudes at the tick's start to those for which the arms hold; none unless
   /// `is_ahead`.
   Rotation turn_A = Rotation::Identity(), turn_B = Rotation::Identity();
-  /// 1/kg, by point: the largest in the tangent plane. Of contacts that are solved one by one.
-  std::array<double, kManifoldPoints> K_tangents{};
 
   Vector t2() const { return n.cross(t1); }
-  /// m, of one of its points.
+  /// m, to one of its points.
   Vector rB(const ConstraintPoint& p) const { return p.rA + from_B; }
-  double K_tangent(const ConstraintPoint& p) const {
-    return K_tangents[static_cast<std::size_t>(&p - points.data())];
+  // Of one of its points.
+  std::size_t index(const ConstraintPoint& p) const {
+    return static_cast<std::size_t>(&p - points.data());
   }
+  double K_normal(const ConstraintPoint& p) const { return K_normals[index(p)]; }
+  double K_tangent(const ConstraintPoint& p) const { return K_tangents[index(p)]; }
+  const PointRest& rest(const ConstraintPoint& p) const { return rests[index(p)]; }
+  PointImpulse& impulse(const ConstraintPoint& p) { return impulses[index(p)]; }
+  const PointImpulse& impulse(const ConstraintPoint& p) const { return impulses[index(p)]; }
+  void set_rest(const ConstraintPoint& p, const PointRest& rest) {
+    rests[index(p)] = rest;
+    has_rested |= !rest.is_none();
+  }
+  /// m/s^2: what its force alone gives.
+  double load(const ConstraintPoint& p) const { return p.force * K_normal(p); }
+  /// m/s^2: what a preload goes by. Not the force itself: one that is preloaded by what it was a
+  /// tick ago drives what sways ("heaps come to rest").
+  double lasting_load(const ConstraintPoint& p) const {
+    return std::min(p.press, kPreloadExcess * p.force * K_normal(p));
+  }
+  /// m, as the method sees it that lets a load of 1 m/s^2 sink in by `give`, s^2.
+  double gap(const ConstraintPoint& p, double give) const {
+    return p.s0 - rest(p).m - give * rest(p).load;
+  }
+
   bool turns_heavily() const { return rolling_m > 0 || torsional_m > 0; }
   std::span<ConstraintPoint> used() { return {points.data(), static_cast<std::size_t>(count)}; }
   std::span<const ConstraintPoint> used() const {
@@ -171,8 +200,8 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);
 
-/// What is known of a constraint at a glance: press, carrying, is_met, deepest_m, has_rested. Once
-/// its forces are set.
+/// What is known of a constraint at a glance: press, carrying, is_met, deepest_m. Once its forces
+/// are set.
 void look_at(ContactConstraint& c);
 
 /// K of each point.

@@ -55,8 +55,8 @@ bool may_rest(const ContactConstraint& c, double give) {
   double normal = 0;
   bool may = !c.is_ahead;
   for (const ConstraintPoint& p : c.used()) {
-    const double preload = c.preload * std::max(p.lasting_load() - p.rest_load, 0.0);
-    const double gap = p.gap(give) + give * (p.force * p.K_normal - preload);
+    const double preload = c.preload * std::max(c.lasting_load(p) - c.rest(p).load, 0.0);
+    const double gap = c.gap(p, give) + give * (c.load(p) - preload);
     normal += p.force;
     may &= p.force > 0 ? std::abs(gap) <= kTolerances.sag_m : gap >= -kTolerances.sag_m;
     may &= p.force_t.norm() <= kSlack * c.friction * p.force;

@@ -55,11 +55,12 @@ void SingleContact::push(const ConstraintPoint& p, const Vector& impulse) {
   push(B_, c_.inverse_mass_B, *c_.inverse_inertia_B, c_.rB(p), impulse);
 }
 
-double SingleContact::add_normal(ConstraintPoint& p, double change) {
-  const double lambda = std::max(p.lambda + change, 0.0);
-  const double added = lambda - p.lambda;
+double SingleContact::add_normal(const ConstraintPoint& p, double change) {
+  PointImpulse& own = c_.impulse(p);
+  const double lambda = std::max(own.lambda + change, 0.0);
+  const double added = lambda - own.lambda;
   push(p, added * c_.n);
-  p.lambda = lambda;
+  own.lambda = lambda;
   return added;
 }
 
@@ -71,24 +72,25 @@ void SingleContact::sweep(F&& change_of) {
   double first = 0;
   for (int k = 0; k < sweeps; ++k) {
     double most = 0;
-    for (ConstraintPoint& p : c_.used()) {
-      most = std::max(most, std::abs(add_normal(p, change_of(p)) * p.K_normal));
+    for (const ConstraintPoint& p : c_.used()) {
+      most = std::max(most, std::abs(add_normal(p, change_of(p)) * c_.K_normal(p)));
     }
     first = std::max(first, most);
     if (most <= kSweepEnough * first) return;
   }
 }
 
-void SingleContact::add_friction(ConstraintPoint& p) {
+void SingleContact::add_friction(const ConstraintPoint& p) {
   const Vector v = relative_velocity(p);
+  PointImpulse& own = c_.impulse(p);
   Eigen::Vector2d lambda_t =
-      p.lambda_t - Eigen::Vector2d(c_.t1.dot(v), t2_.dot(v)) / c_.K_tangent(p);
-  const double limit = c_.friction * p.lambda;
+      own.lambda_t - Eigen::Vector2d(c_.t1.dot(v), t2_.dot(v)) / c_.K_tangent(p);
+  const double limit = c_.friction * own.lambda;
   const double size = lambda_t.norm();
   if (size > limit) lambda_t *= limit / size;
-  const Eigen::Vector2d change = lambda_t - p.lambda_t;
+  const Eigen::Vector2d change = lambda_t - own.lambda_t;
   push(p, change.x() * c_.t1 + change.y() * t2_);
-  p.lambda_t = lambda_t;
+  own.lambda_t = lambda_t;
 }
 
 Vector SingleContact::rub(const ConstraintPoint& p, double impulse) {
@@ -106,8 +108,9 @@ Vector SingleContact::rub(const ConstraintPoint& p, double impulse) {
 void SingleContact::judge(const SubStep& step, ContactResidual& residual) const {
   for (const ConstraintPoint& p : c_.used()) {
     const Vector v = relative_velocity(p);
-    const double gap_speed = std::max(p.s, 0.0) * haste_ / step.h;
-    residual.add(p.K_normal, c_.friction, {p.lambda, p.lambda_t.x(), p.lambda_t.y()},
+    const PointImpulse& own = c_.impulse(p);
+    const double gap_speed = std::max(own.s, 0.0) * haste_ / step.h;
+    residual.add(c_.K_normal(p), c_.friction, {own.lambda, own.lambda_t.x(), own.lambda_t.y()},
                  {c_.n.dot(v) + gap_speed, c_.t1.dot(v), t2_.dot(v)});
   }
 }
@@ -121,8 +124,9 @@ Vector SingleContact::mean_velocity(const Side& side, const Vector& r) const {
 void SingleContact::add_work(ContactBalance& balance) const {
   for (const ConstraintPoint& p : c_.used()) {
     const Vector vA = mean_velocity(A_, p.rA), vB = mean_velocity(B_, c_.rB(p));
-    const Vector along = p.lambda * c_.n;
-    const Vector across = p.lambda_t.x() * c_.t1 + p.lambda_t.y() * t2_;
+    const auto& [lambda_t, lambda, s] = c_.impulse(p);
+    const Vector along = lambda * c_.n;
+    const Vector across = lambda_t.x() * c_.t1 + lambda_t.y() * t2_;
     balance.impacts_J += along.dot(vB - vA);
     balance.friction_J += across.dot(vB - vA);
     const Vector given = along + across;
@@ -139,7 +143,8 @@ void SingleContact::add_work(ContactBalance& balance) const {
 
 void SingleContact::warm_start() {
   for (const ConstraintPoint& p : c_.used()) {
-    push(p, p.lambda * c_.n + p.lambda_t.x() * c_.t1 + p.lambda_t.y() * t2_);
+    const auto& [lambda_t, lambda, s] = c_.impulse(p);
+    push(p, lambda * c_.n + lambda_t.x() * c_.t1 + lambda_t.y() * t2_);
   }
 }
 
@@ -150,30 +155,32 @@ void SingleContact::repeat_struck() {
 void SingleContact::scale_struck(std::span<const double> shares) {
   if (!bodies_.is_struck(A_.line, B_.line)) return;
   const double share = shares[bodies_.island_of(A_.line, B_.line)];
-  for (ConstraintPoint& p : c_.used()) {
-    p.lambda *= share;
-    p.lambda_t *= share;
+  for (const ConstraintPoint& p : c_.used()) {
+    c_.impulse(p).lambda *= share;
+    c_.impulse(p).lambda_t *= share;
   }
 }
 
 void SingleContact::solve(const SubStep& step) {
-  for (ConstraintPoint& p : c_.used()) p.s = separation(p);
+  for (const ConstraintPoint& p : c_.used()) c_.impulse(p).s = separation(p);
   const Softness soft = softness_of(step.h);
   sweep([&](const ConstraintPoint& p) {
-    const double decay = soft.impulse_scale * p.lambda;
-    if (p.s > 0) return -(normal_velocity(p) + p.s * haste_ / step.h) / p.K_normal - decay;
-    const double limit = std::max(step.push_speed, -step.push_rate * p.s) + decay * p.K_normal;
-    const double bias = std::max(soft.mass_scale * soft.bias_rate * p.s, -limit);
-    return -(soft.mass_scale * normal_velocity(p) + bias) / p.K_normal - decay;
+    const double s = c_.impulse(p).s, K = c_.K_normal(p);
+    const double decay = soft.impulse_scale * c_.impulse(p).lambda;
+    if (s > 0) return -(normal_velocity(p) + s * haste_ / step.h) / K - decay;
+    const double limit = std::max(step.push_speed, -step.push_rate * s) + decay * K;
+    const double bias = std::max(soft.mass_scale * soft.bias_rate * s, -limit);
+    return -(soft.mass_scale * normal_velocity(p) + bias) / K - decay;
   });
 }
 
 void SingleContact::relax(const SubStep& step) {
-  for (ConstraintPoint& p : c_.used()) p.s = separation(p);
+  for (const ConstraintPoint& p : c_.used()) c_.impulse(p).s = separation(p);
   sweep([&](const ConstraintPoint& p) {
-    return -(normal_velocity(p) + std::max(p.s, 0.0) * haste_ / step.h) / p.K_normal;
+    const double allowed = std::max(c_.impulse(p).s, 0.0) * haste_ / step.h;
+    return -(normal_velocity(p) + allowed) / c_.K_normal(p);
   });
-  for (ConstraintPoint& p : c_.used()) add_friction(p);
+  for (const ConstraintPoint& p : c_.used()) add_friction(p);
 }
 
 }  // namespace cradle

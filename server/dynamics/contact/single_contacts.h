@@ -30,7 +30,7 @@ class SingleContact {
   double normal_velocity(const ConstraintPoint& p) const { return c_.n.dot(relative_velocity(p)); }
   double separation(const ConstraintPoint& p) const;
   /// Adds to the normal impulse, which never pulls; returns what it added.
-  double add_normal(ConstraintPoint& p, double change);
+  double add_normal(const ConstraintPoint& p, double change);
 
  private:
   /// Of a body: from its line's attitude to that for which the arms hold.
@@ -44,7 +44,7 @@ class SingleContact {
   Vector mean_velocity(const Side& side, const Vector& r) const;
   template <class F>
   void sweep(F&& change_of);
-  void add_friction(ConstraintPoint& p);
+  void add_friction(const ConstraintPoint& p);
   void push(const ConstraintPoint& p, const Vector& impulse);
   void push(const Side& side, double inverse_mass, const Matrix& inverse_inertia, const Vector& r,
             const Vector& impulse);

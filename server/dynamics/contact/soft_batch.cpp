@@ -62,8 +62,7 @@ int relaxing_sweeps(Past past, int sub_step) {
   return kSweepsWithoutPast;
 }
 
-double press_after(const ConstraintPoint& p) {
-  const double now = p.force * p.K_normal;
+double press_after(const ConstraintPoint& p, double now) {
   if (p.press == 0) return now;
   return std::clamp(now, kPressDecay * p.press, kPressGrowth * p.press);
 }
@@ -71,8 +70,8 @@ double press_after(const ConstraintPoint& p) {
 /// Takes note of what presses; `sag`: the largest so far, m. `give`: softness.h.
 void press(ContactConstraint& c, double give, double& sag) {
   for (ConstraintPoint& p : c.used()) {
-    p.press = press_after(p);
-    const double now = p.force * p.K_normal;
+    const double now = c.load(p);
+    p.press = press_after(p, now);
     sag = std::max(sag, give * std::min(p.press, now));
   }
 }
@@ -128,8 +127,8 @@ void SoftBatch::take_results(double give) {
   for (ContactConstraint* c : singles_) {
     SingleContact(*c, bodies_).judge(step_, residual_);
     for (ConstraintPoint& p : c->used()) {
-      p.force = p.lambda / step_.h;
-      p.force_t = p.lambda_t / step_.h;
+      p.force = c->impulse(p).lambda / step_.h;
+      p.force_t = c->impulse(p).lambda_t / step_.h;
     }
     press(*c, give, sag_m_);
   }
@@ -154,9 +153,8 @@ void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
     if (c->restitution > 0) bouncing_.push_back(c);
     if (!c->is_ahead) continue;
     singles_.push_back(c);
-    for (ConstraintPoint& p : c->used()) {
-      p.lambda = step_.h * p.force;
-      p.lambda_t = step_.h * p.force_t;
+    for (const ConstraintPoint& p : c->used()) {
+      c->impulse(p) = {step_.h * p.force_t, step_.h * p.force, p.s0};
     }
   }
   turning_.clear();

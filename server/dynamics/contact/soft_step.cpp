@@ -418,8 +418,7 @@ class SoftStep final : public SoftSolver {
       for (std::size_t i = 0; i < c.used().size(); ++i) {
         ConstraintPoint& p = c.points[i];
         gaps_[k][i] = p.s0;
-        if (p.rest_m == 0 && p.rest_load == 0) continue;
-        p.s0 = p.s = p.gap(give);
+        if (!c.rest(p).is_none()) p.s0 = c.gap(p, give);
       }
     });
   }

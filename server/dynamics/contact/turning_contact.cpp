@@ -97,8 +97,8 @@ TurningContact::Impulses TurningContact::at(std::size_t i) const {
   if (block_ != nullptr) {
     return {block_->lambda[i][lane_], block_->lambda_1[i][lane_], block_->lambda_2[i][lane_]};
   }
-  ConstraintPoint& p = c_->points[i];
-  return {p.lambda, p.lambda_t.x(), p.lambda_t.y()};
+  PointImpulse& own = c_->impulses[i];
+  return {own.lambda, own.lambda_t.x(), own.lambda_t.y()};
 }
 
 double TurningContact::pressing() const {

@@ -61,8 +61,7 @@ constexpr int kKeeping = 5, kTakingOver = 20;
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 bool has_rest(const ContactConstraint& c) {
-  return std::ranges::any_of(
-      c.used(), [](const ConstraintPoint& p) { return p.rest_m != 0 || p.rest_load != 0; });
+  return c.has_rested && !std::ranges::all_of(c.rests, &PointRest::is_none);
 }
 
 }  // namespace
@@ -119,10 +118,10 @@ void HandOver::look_at_contacts(const ContactTick& tick,
     const double give = give_of(facts.sub_steps, tick.dt);
     if (c.carrying > 0 || nearest_m <= kTolerances.touch_m) mark(c, carries_);
     for (const ConstraintPoint& p : c.used()) {
-      const double sag = give * p.force * p.K_normal;
+      const double sag = give * c.load(p);
       const double spare =
           std::max(tolerance_m(c) - sag, kTolerances.excess_least * tolerance_m(c));
-      facts.is_deep |= p.gap(give) + sag < -std::min(spare, kTolerances.excess * tolerance_m(c));
+      facts.is_deep |= c.gap(p, give) + sag < -std::min(spare, kTolerances.excess * tolerance_m(c));
     }
   }
 }
@@ -146,17 +145,19 @@ bool HandOver::was_held(const ContactConstraint& c) const {
 void HandOver::look_at_rest(ContactConstraint& c) const {
   const std::size_t a = index(c.a), b = index(c.b);
   const bool is_held = was_held(c);
-  for (ConstraintPoint& p : c.used()) {
-    if (p.K_normal == 0 && is_held) {
+  for (const ConstraintPoint& p : c.used()) {
+    if (c.K_normal(p) == 0 && is_held) {
       freeze(c);
       return;
     }
-    if (p.rest_m == 0 && p.rest_load == 0) continue;
+    PointRest rest = c.rest(p);
+    if (rest.is_none()) continue;
     const Vector u =
         arrays_.v[b] + arrays_.w[b].cross(c.rB(p)) - arrays_.v[a] - arrays_.w[a].cross(p.rA);
-    if (p.force == 0) p.rest_load = 0;
+    if (p.force == 0) rest.load = 0;
     const bool has_left = p.force == 0 && p.s0 > 0;
-    if (has_left || u.norm() > kTolerances.fast_mps) p.rest_m = p.rest_load = 0;
+    if (has_left || u.norm() > kTolerances.fast_mps) rest = {};
+    c.set_rest(p, rest);
   }
 }
 
@@ -197,12 +198,11 @@ int HandOver::iterations(std::size_t island) const {
 
 void HandOver::freeze(ContactConstraint& c) {
   const bool knows_all = std::ranges::all_of(
-      c.used(), [](const ConstraintPoint& p) { return p.force == 0 || p.K_normal > 0; });
+      c.used(), [&](const ConstraintPoint& p) { return p.force == 0 || c.K_normal(p) > 0; });
   if (!knows_all) find_effective_masses(c);
-  for (ConstraintPoint& p : c.used()) {
+  for (const ConstraintPoint& p : c.used()) {
     const bool lies = p.force > 0 && p.s0 <= kTolerances.touch_m;
-    p.rest_m = lies ? p.s0 : std::min(p.s0, 0.0);
-    p.rest_load = p.K_normal * p.force;
+    c.set_rest(p, {lies ? p.s0 : std::min(p.s0, 0.0), c.load(p)});
   }
   c.has_rested = true;
 }
@@ -210,7 +210,7 @@ void HandOver::freeze(ContactConstraint& c) {
 void HandOver::freeze(const Island& island) {
   before_.clear();
   for (ContactConstraint* c : island.constraints) {
-    for (const ConstraintPoint& p : c->used()) before_.push_back({p.rest_m, p.rest_load});
+    for (const ConstraintPoint& p : c->used()) before_.push_back(c->rest(p));
     freeze(*c);
   }
 }
@@ -218,11 +218,7 @@ void HandOver::freeze(const Island& island) {
 void HandOver::thaw(const Island& island) {
   auto rest = before_.begin();
   for (ContactConstraint* c : island.constraints) {
-    for (ConstraintPoint& p : c->used()) {
-      p.rest_m = rest->m;
-      p.rest_load = rest->load;
-      ++rest;
-    }
+    for (const ConstraintPoint& p : c->used()) c->set_rest(p, *rest++);
   }
 }
 
@@ -230,8 +226,8 @@ void HandOver::let_go(ContactConstraint& c) {
   if (!was_held(c)) return;
   freeze(c);
   mark(c, has_rested_);
-  for (ConstraintPoint& p : c.used()) {
-    if (p.rest_m < -tolerance_m(c)) p.rest_m = p.rest_load = 0;
+  for (const ConstraintPoint& p : c.used()) {
+    if (c.rest(p).m < -tolerance_m(c)) c.set_rest(p, {});
   }
 }
 

@@ -10,7 +10,7 @@
 
 namespace cradle {
 
-/// Bodies remember (Poise), and points (ConstraintPoint::rest_m); this only looks at them.
+/// Bodies remember (Poise), and points (PointRest); this only looks at them.
 class HandOver {
  public:
   /// Not at all; bodies that have never been in contact; as in the tick before; from the soft step.
@@ -71,11 +71,8 @@ class HandOver {
   std::vector<std::uint8_t> carries_;  // of `moving_`
   /// Likewise: some contact rests elsewhere than it touches; before, it may have.
   std::vector<std::uint8_t> has_rested_, may_have_rested_;
-  double tolerance_m_ = 0;  // the tick's
-  struct Rest {
-    double m, load;
-  };
-  std::vector<Rest> before_;  // of the points of the island that was frozen last
+  double tolerance_m_ = 0;         // the tick's
+  std::vector<PointRest> before_;  // of the points of the island that was frozen last
 };
 
 }  // namespace cradle

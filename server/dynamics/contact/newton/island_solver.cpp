@@ -98,14 +98,15 @@ void IslandSolver::store(std::span<BodyLine> ways, std::span<BodyLine> ends) con
 }
 
 void IslandSolver::keep(ContactResidual& residual) {
-  contacts_.for_points([&](const ContactIsland::Point& point, const ContactConstraint& c) {
+  contacts_.for_points([&](const ContactIsland::Point& point, ContactConstraint& c) {
     ConstraintPoint& p = *point.p;
-    p.lambda = point.g.x();
-    p.lambda_t = point.g.tail<2>();
-    p.force = p.lambda / dt_;
-    p.force_t = p.lambda_t / dt_;
-    p.K_normal = point.K;
-    p.press = p.force * p.K_normal;
+    PointImpulse& own = c.impulse(p);
+    own.lambda = point.g.x();
+    own.lambda_t = point.g.tail<2>();
+    p.force = own.lambda / dt_;
+    p.force_t = own.lambda_t / dt_;
+    p.press = p.force * point.K;
+    c.K_normals[c.index(p)] = point.K;
     residual.add(point.K, c.friction, point.g, point.u - Vector(point.target, 0, 0));
   });
 }
@@ -114,7 +115,7 @@ void IslandSolver::set_targets(const BodyLines& bodies) {
   contacts_.look(contacts_.before());
   bool bounces = false;
   contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint& c) {
-    const double s = point.gap = point.p->gap(dt_ * dt_ * settings_.yield);
+    const double s = point.gap = c.gap(*point.p, dt_ * dt_ * settings_.yield);
     point.target = s > 0 ? -s / dt_ : std::min(-s / dt_, kPush_mps);
     const bool carries = point.p->force > 0;
     point.slip = carries ? c.friction * point.u.tail<2>().norm() : 0;

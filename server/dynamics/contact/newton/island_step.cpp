@@ -69,8 +69,7 @@ void IslandStep::add_choice() {
 double IslandStep::sag_m(const ContactConstraint& c) const {
   double most = 0;
   for (const ConstraintPoint& p : c.used()) {
-    if (p.force > 0)
-      most = std::max(most, -p.rest_m + give_ * (p.K_normal * p.force - p.rest_load));
+    if (p.force > 0) most = std::max(most, -c.rest(p).m + give_ * (c.load(p) - c.rest(p).load));
   }
   return most;
 }

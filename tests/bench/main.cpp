@@ -125,8 +125,8 @@ class Tables {
 };
 
 std::string lines_beside_peers(Format format, const Case& which, const Options& options,
-                               std::span<const PeerLibrary> libraries) {
-  const SideBySide result = compare(which, scene_of(which), options, libraries);
+                               std::span<const PeerLibrary> libraries, int rounds) {
+  const SideBySide result = compare(which, scene_of(which), options, libraries, rounds);
   for (const Fared& engine : result.engines) {
     if (engine.is_ok()) continue;
     std::cerr << which.name << ", " << engine.row.engine << ": " << engine.outcome << '\n';
@@ -134,15 +134,17 @@ std::string lines_beside_peers(Format format, const Case& which, const Options& 
   return peers_lines(format, result);
 }
 
-void run_all(const std::vector<std::string>& names, const Options& options, bool with_peers,
+/// Beside peers if there are rounds.
+void run_all(const std::vector<std::string>& names, const Options& options, int rounds,
              const std::string& csv_file) {
+  const bool with_peers = rounds > 0;
   std::vector<PeerLibrary> libraries;
   if (with_peers) libraries = peers_here();
   Tables tables(csv_file);
   const Format format = tables.format();
   if (with_peers) {
     tables.add(names, kAll, cases(), peers_header(format, libraries), [&](const Case& one) {
-      return is_for_peers(one) ? lines_beside_peers(format, one, options, libraries) : "";
+      return is_for_peers(one) ? lines_beside_peers(format, one, options, libraries, rounds) : "";
     });
   } else {
     tables.add(names, kAll, cases(), header(format),
@@ -202,6 +204,7 @@ int main(int argc, char** argv) {
   Options options;
   std::string csv_file;
   bool only_list = false, with_peers = false;
+  int rounds = kRounds;
   std::string report_folder, report_part;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
   app.add_option(
@@ -221,6 +224,8 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(machine_lanes()));
   app.add_flag("--peers", with_peers,
                "Run the scenes by Bullet and ODE, too: times and errors of all, in turns");
+  app.add_option("--rounds", rounds, "Of --peers: how often each engine runs, in turns")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--csv", csv_file, "Write CSV to this file, - is standard output");
   CLI::App* report = app.add_subcommand("report",
                                         "Work against precision, of the schemes of free flight, "
@@ -238,7 +243,7 @@ int main(int argc, char** argv) {
     } else if (names.empty()) {
       throw CLI::RequiredError("scene");
     } else {
-      run_all(names, options, with_peers, csv_file);
+      run_all(names, options, with_peers ? rounds : 0, csv_file);
     }
     return kExitOk;
   } catch (const CLI::ParseError& error) {

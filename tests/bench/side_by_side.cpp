@@ -81,6 +81,19 @@ Fared fared(Row row, const ChildResult& result) {
   return engine;
 }
 
+/// See Fared. None if one of the runs failed.
+std::optional<double> median_ratio(const Case& which, std::span<const Fared> ours,
+                                   std::span<const Fared> theirs) {
+  std::vector<double> ratios;
+  for (std::size_t round = 0; round < ours.size(); ++round) {
+    if (round == theirs.size() || !ours[round].is_ok() || !theirs[round].is_ok()) return {};
+    ratios.push_back(time_us(which, ours[round].row) / time_us(which, theirs[round].row));
+  }
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>((ratios.size() - 1) / 2);
+  std::ranges::nth_element(ratios, middle);
+  return *middle;
+}
+
 /// One for several runs of the same.
 Fared middle_of(const Case& which, std::vector<Fared> runs) {
   for (const Fared& run : runs) {
@@ -98,11 +111,6 @@ Fared middle_of(const Case& which, std::vector<Fared> runs) {
 
 double time_us(const Case& which, const Row& row) {
   return which.time_is_mean ? row.us_per_tick.mean_us : row.us_per_tick.median_us;
-}
-
-std::optional<double> SideBySide::ratio(const Fared& engine) const {
-  if (!engine.is_ok() || !engines.front().is_ok()) return std::nullopt;
-  return time_us(*which, engines.front().row) / time_us(*which, engine.row);
 }
 
 bool is_for_peers(const Case& which) { return which.name != "T4m" && which.name != "T4p"; }
@@ -154,7 +162,10 @@ SideBySide compare(const Case& which, const Scene& scene, const Options& options
     }
   }
   SideBySide result{&which, {}};
-  for (std::vector<Fared>& of : runs) result.engines.push_back(middle_of(which, std::move(of)));
+  for (const std::vector<Fared>& of : runs) {
+    result.engines.push_back(middle_of(which, of));
+    result.engines.back().ratio = median_ratio(which, runs[0], of);
+  }
   return result;
 }
 

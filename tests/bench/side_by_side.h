@@ -20,15 +20,15 @@ struct Fared {
   Row row;              ///< of the run with the median time, and the worst error of all runs; an
                         ///< error of NaN and no times if a run failed
   std::string outcome;  ///< "ok", or why a run failed
+  /// Cradle's time over its own in the same round, the median of all rounds: what else a machine
+  /// does changes from minute to minute, and slows both. None if one of them failed.
+  std::optional<double> ratio = {};
   bool is_ok() const { return outcome == "ok"; }
 };
 
 struct SideBySide {
   const Case* which = nullptr;
   std::vector<Fared> engines;  ///< Cradle first, then the libraries
-
-  /// Cradle's time over that of the engine; none if one of them failed.
-  std::optional<double> ratio(const Fared& engine) const;
 };
 
 /// The cases that peers are given: all but those that repeat another at another size, or in a
@@ -44,9 +44,11 @@ Fared try_run(const Case& which, const Scene& scene, const Options& options);
 Fared try_peer(const PeerLibrary& library, const Case& which, const Scene& scene,
                const Options& options, const PeerSettings& settings = {});
 
+inline constexpr int kRounds = 3;
+
 /// Rounds, in each of which every engine runs once. `scene` is mostly that of the case.
 SideBySide compare(const Case& which, const Scene& scene, const Options& options,
-                   std::span<const PeerLibrary> libraries, int rounds = 3);
+                   std::span<const PeerLibrary> libraries, int rounds = kRounds);
 
 /// As a table: a line a case. As CSV: a line an engine, with the columns of `header`, and after
 /// them the outcome and Cradle's time over the engine's.

@@ -32,7 +32,7 @@ std::string table_line(const SideBySide& result) {
   for (const Fared& engine : result.engines) {
     cells.push_back(engine.is_ok() ? text(time_us(*result.which, engine.row)) : "-");
     cells.push_back(engine.is_ok() ? text(engine.row.error) : word(engine.outcome));
-    if (&engine != &result.engines.front()) cells.push_back(text(result.ratio(engine)));
+    if (&engine != &result.engines.front()) cells.push_back(text(engine.ratio));
   }
   cells.emplace_back(result.which->error_kind);
   return as_line(cells);
@@ -55,7 +55,7 @@ std::string peers_lines(Format format, const SideBySide& result) {
   std::string lines;
   for (const Fared& engine : result.engines) {
     lines += with_columns(line(format, engine.row),
-                          csv_field(engine.outcome) + "," + text_of(result.ratio(engine), format));
+                          csv_field(engine.outcome) + "," + text_of(engine.ratio, format));
   }
   return lines;
 }

@@ -82,14 +82,14 @@ TEST_CASE("a peer that crashes or has no such shape is a row, and the others go 
   CHECK(result.engines[0].row.error < 1e-9);
   CHECK(result.engines[1].outcome == "crashed: Aborted");
   CHECK(std::isnan(result.engines[1].row.error));
-  CHECK_FALSE(result.ratio(result.engines[1]));
+  CHECK_FALSE(result.engines[1].ratio);
   CHECK(result.engines[2].outcome == "failed: no such shape");
   CHECK(result.engines[3].is_ok());
   // What stays at the origin is farthest from (10 t, 0, 50 t - 9.81 t^2 / 2) at t = 5.5.
   CHECK(result.engines[3].row.error == Approx(138.06).epsilon(1e-4));
-  CHECK(result.ratio(result.engines[3]).value() ==
-        Approx(time_us(*result.which, result.engines[0].row) /
-               time_us(*result.which, result.engines[3].row)));
+  CHECK(result.engines[0].ratio.value() == 1);
+  CHECK(result.engines[3].ratio.value() == Approx(time_us(*result.which, result.engines[0].row) /
+                                                  time_us(*result.which, result.engines[3].row)));
 }
 
 TEST_CASE("a peer whose numbers are none has the error NaN, not none") {

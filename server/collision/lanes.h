@@ -16,12 +16,64 @@
 /// All of a kernel is one function: vectors stay in registers.
 #define CRADLE_LANES [[gnu::always_inline]] inline
 #define CRADLE_LAMBDA __attribute__((always_inline))
+/// Before a loop with few turns: what it writes to arrays of vectors stays in registers, too.
+#ifdef __clang__
+#define CRADLE_UNROLLED _Pragma("unroll")
+#else
+#define CRADLE_UNROLLED _Pragma("GCC unroll 8")
+#endif
 
 namespace cradle {
 namespace {
 
 template <class V>
 inline constexpr int kLanes = static_cast<int>(sizeof(V) / sizeof(double));
+
+/// Two vectors as one: what works on one of them after the other waits for each result, what works
+/// on both has something else to do meanwhile. Of doubles, or of masks.
+template <class V>
+struct Twin {
+  V lo, hi;
+};
+template <class V>
+concept IsTwin = requires(V v) {
+  v.lo, v.hi;
+};
+
+// Of each of both.
+template <class V>
+CRADLE_LANES Twin<V> operator-(const Twin<V>& a) {
+  return {-a.lo, -a.hi};
+}
+#define CRADLE_OF_TWIN(op)                                            \
+  template <class V>                                                  \
+  CRADLE_LANES auto operator op(const Twin<V>& a, const Twin<V>& b) { \
+    return Twin<decltype(a.lo op b.lo)>{a.lo op b.lo, a.hi op b.hi};  \
+  }
+CRADLE_OF_TWIN(+)
+CRADLE_OF_TWIN(-)
+CRADLE_OF_TWIN(*)
+CRADLE_OF_TWIN(/)
+CRADLE_OF_TWIN(<)
+CRADLE_OF_TWIN(>)
+CRADLE_OF_TWIN(<=)
+CRADLE_OF_TWIN(>=)
+CRADLE_OF_TWIN(==)
+CRADLE_OF_TWIN(&)
+CRADLE_OF_TWIN(|)
+#undef CRADLE_OF_TWIN
+template <class V>
+CRADLE_LANES Twin<V> operator+(const Twin<V>& a, double b) {
+  return {a.lo + b, a.hi + b};
+}
+template <class V>
+CRADLE_LANES Twin<V> operator*(double a, const Twin<V>& b) {
+  return {a * b.lo, a * b.hi};
+}
+template <class V>
+CRADLE_LANES Twin<V> operator/(const Twin<V>& a, double b) {
+  return {a.lo / b, a.hi / b};
+}
 
 template <class V>
 struct Triple {
@@ -63,16 +115,20 @@ CRADLE_LANES V dot(const Triple<V>& a, const Triple<V>& b) {
 /// a > b ? a : b
 template <class V>
 CRADLE_LANES V larger(const V& a, const V& b) {
+  if constexpr (IsTwin<V>) {
+    return {larger(a.lo, b.lo), larger(a.hi, b.hi)};
+  } else {
 #ifdef __SSE2__
-  if constexpr (kLanes<V> == 2) return V(_mm_max_pd(__m128d(a), __m128d(b)));
+    if constexpr (kLanes<V> == 2) return V(_mm_max_pd(__m128d(a), __m128d(b)));
 #endif
 #ifdef __AVX2__
-  if constexpr (kLanes<V> == 4) return V(_mm256_max_pd(__m256d(a), __m256d(b)));
+    if constexpr (kLanes<V> == 4) return V(_mm256_max_pd(__m256d(a), __m256d(b)));
 #endif
 #ifdef __AVX512F__
-  if constexpr (kLanes<V> == 8) return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
+    if constexpr (kLanes<V> == 8) return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
 #endif
-  return a > b ? a : b;
+    return a > b ? a : b;
+  }
 }
 
 /// a < b ? a : b
@@ -93,7 +149,9 @@ CRADLE_LANES V smaller(const V& a, const V& b) {
 /// Without its sign.
 template <class V>
 CRADLE_LANES V size_of(const V& x) {
-  if constexpr (kLanes<V> == 1) {
+  if constexpr (IsTwin<V>) {
+    return {size_of(x.lo), size_of(x.hi)};
+  } else if constexpr (kLanes<V> == 1) {
     return __builtin_fabs(x);
   } else {
     using Bits = decltype(x < x);
@@ -103,7 +161,9 @@ CRADLE_LANES V size_of(const V& x) {
 
 template <class V>
 CRADLE_LANES V root(const V& x) {
-  if constexpr (kLanes<V> == 1) {
+  if constexpr (IsTwin<V>) {
+    return {root(x.lo), root(x.hi)};
+  } else if constexpr (kLanes<V> == 1) {
     return __builtin_sqrt(x);
 #ifdef __SSE2__
   } else if constexpr (kLanes<V> == 2) {
@@ -126,8 +186,16 @@ CRADLE_LANES V root(const V& x) {
 // Choosing by lane.
 
 template <class M, class V>
+CRADLE_LANES V select(const M& mask, const V& a, const V& b) {
+  if constexpr (IsTwin<M>) {
+    return {select(mask.lo, a.lo, b.lo), select(mask.hi, a.hi, b.hi)};
+  } else {
+    return mask ? a : b;
+  }
+}
+template <class M, class V>
 CRADLE_LANES Triple<V> select(const M& mask, const Triple<V>& a, const Triple<V>& b) {
-  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 template <class M, class V>
 CRADLE_LANES Quadruple<V> select(const M& mask, const Quadruple<V>& a, const Quadruple<V>& b) {
@@ -185,7 +253,9 @@ CRADLE_LANES M folded(const M& mask, std::index_sequence<l...> lanes) {
 
 template <class V, class M>
 CRADLE_LANES bool any(const M& mask) {
-  if constexpr (kLanes<V> == 1) {
+  if constexpr (IsTwin<V>) {
+    return any<decltype(V::lo)>(mask.lo | mask.hi);
+  } else if constexpr (kLanes<V> == 1) {
     return mask;
 #ifdef __SSE2__
   } else if constexpr (kLanes<V> == 2) {
@@ -205,7 +275,11 @@ CRADLE_LANES bool any(const M& mask) {
 }
 template <class V, class M>
 CRADLE_LANES bool all(const M& mask) {
-  return !any<V>(mask == M{});
+  if constexpr (IsTwin<V>) {
+    return all<decltype(V::lo)>(mask.lo & mask.hi);
+  } else {
+    return !any<V>(mask == M{});
+  }
 }
 
 // Between arrays of bodies and lanes.
@@ -234,13 +308,23 @@ CRADLE_LANES V fill(double value) {
 
 template <class V>
 CRADLE_LANES V load(const double* from) {
-  V v;
-  __builtin_memcpy(&v, from, sizeof(V));
-  return v;
+  if constexpr (IsTwin<V>) {
+    using Half = decltype(V::lo);
+    return {load<Half>(from), load<Half>(from + kLanes<Half>)};
+  } else {
+    using Anywhere [[gnu::aligned(alignof(double)), gnu::may_alias]] = V;
+    return *reinterpret_cast<const Anywhere*>(from);
+  }
 }
 template <class V>
 CRADLE_LANES void store(double* to, const V& v) {
-  __builtin_memcpy(to, &v, sizeof(V));
+  if constexpr (IsTwin<V>) {
+    store(to, v.lo);
+    store(to + kLanes<decltype(v.lo)>, v.hi);
+  } else {
+    using Anywhere [[gnu::aligned(alignof(double)), gnu::may_alias]] = V;
+    *reinterpret_cast<Anywhere*>(to) = v;
+  }
 }
 
 /// Lane l of the result is element `Index` of a and b laid end to end.

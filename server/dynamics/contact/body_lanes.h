@@ -17,8 +17,10 @@ template <class V>
 CRADLE_LANES LineRows<V> load_run(const BodyLine* lines) {
   constexpr int n = kLanes<V>;
   LineRows<V> rows;
+  CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
     V* const r = rows.r + part * n;
+    CRADLE_UNROLLED
     for (int l = 0; l < n; ++l) r[l] = load<V>(numbers_of(lines + l) + part * n);
     if constexpr (n > 1) transpose<V, n / 2>(r, std::make_index_sequence<n>{});
   }
@@ -30,9 +32,11 @@ CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Trip
   constexpr int n = kLanes<V>;
   V rows[kLineDoubles] = {linear.x,  linear.y,  linear.z,     angular.x,
                           angular.y, angular.z, inverse_mass, inverse_moment};
+  CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
     V* const r = rows + part * n;
     if constexpr (n > 1) transpose<V, n / 2>(r, std::make_index_sequence<n>{});
+    CRADLE_UNROLLED
     for (int l = 0; l < n; ++l) store(numbers_of(lines + l) + part * n, r[l]);
   }
 }

@@ -10,34 +10,33 @@
 namespace cradle {
 namespace {
 
-/// What of a line is read or written: numbers from the first up to, not with, the end; and those
-/// that lie with them in a vector.
-struct Share {
-  int first = 0, end = kLineDoubles;
-};
+// Of a line the numbers from `first` up to, not with, `end`, and those that lie with them in a
+// vector.
 
-template <class V, Share share = {}>
+template <class V, int first = 0, int end = kLineDoubles>
 CRADLE_LANES void load_numbers(V* rows, double* const* lines, int begin) {
   constexpr int n = kLanes<V>;
-  for (int part = share.first / n; part * n < share.end; ++part) {
+  CRADLE_UNROLLED
+  for (int part = first / n; part * n < end; ++part) {
+    CRADLE_UNROLLED
     for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(lines[l] + begin + part * n);
     if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
   }
 }
 /// Where there is a constraint.
-template <class V, Share share>
+template <class V, int first, int end>
 CRADLE_LANES void store_numbers(V* rows, const ContactBlock& c, int lane, int begin) {
   constexpr int n = kLanes<V>;
-  for (int part = share.first / n; part * n < share.end; ++part) {
+  CRADLE_UNROLLED
+  for (int part = first / n; part * n < end; ++part) {
     if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
+    CRADLE_UNROLLED
     for (int l = 0; l < n; ++l) {
       if (c.source[lane + l] < 0) continue;
       store(c.lines[lane + l] + begin + part * n, rows[part * n + l]);
     }
   }
 }
-
-constexpr Share kNormals{0, kBlockPoints}, kLoads{ConstraintLines::kLoad, kLineDoubles};
 
 template <class V>
 CRADLE_LANES void store3(BlockRow* rows, int lane, const Triple<V>& value) {
@@ -52,6 +51,7 @@ CRADLE_LANES void fill_inertia(const BodyLine* responses, const std::int32_t* at
                                int lane) {
   V r[kLineDoubles];
   load_rows(r, responses, at);
+  CRADLE_UNROLLED
   for (int k = 0; k < 6; ++k) store(rows[k] + lane, r[k]);
 }
 
@@ -73,9 +73,10 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   store(c.sink_share + lane, one - r[7]);
 
   V K[kLineDoubles];
-  load_numbers<V, kNormals>(K, c.lines + lane, Lines::kMasses);
+  load_numbers<V, 0, kBlockPoints>(K, c.lines + lane, Lines::kMasses);
   Triple<V> arms[points], sum{};
   V number{}, zero{};
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const auto is_there = at<V>(c.yields[i], lane) > V{};
     load_numbers(r, c.lines + lane, Lines::kPoints + i * kLineDoubles);
@@ -99,6 +100,7 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   store3(c.arm_A, lane, centre);
   store3(c.arm_B, lane, centre + Triple<V>{r[0], r[1], r[2]});
   store(c.gap_haste + lane, r[5] > V{} ? fill<V>(kImpactHaste) : one);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const auto is_there = at<V>(c.yields[i], lane) > V{};
     const Triple<V> from_centre = arms[i] - centre;
@@ -120,11 +122,12 @@ CRADLE_LANES void take_lanes(const ContactBlock& c, int lane, const BlockTaking&
   V most = load<V>(sag + lane);
   const V give = taking.give * at<V>(c.sink_share, lane);
   V K[kLineDoubles], r[kLineDoubles], *const load = r + ConstraintLines::kLoad;
-  load_numbers<V, kNormals>(K, c.lines + lane, ConstraintLines::kMasses);
+  load_numbers<V, 0, kBlockPoints>(K, c.lines + lane, ConstraintLines::kMasses);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const int begin = ConstraintLines::kPoints + i * kLineDoubles;
     const V yields = at<V>(c.yields[i], lane);
-    load_numbers<V, kLoads>(r, c.lines + lane, begin);
+    load_numbers<V, ConstraintLines::kLoad, kLineDoubles>(r, c.lines + lane, begin);
     // Of what does nothing, some lanes have no friction, others that of sign minus: plus 0, all.
     load[0] = at<V>(c.lambda_1[i], lane) / taking.h + V{};
     load[1] = at<V>(c.lambda_2[i], lane) / taking.h + V{};
@@ -133,9 +136,9 @@ CRADLE_LANES void take_lanes(const ContactBlock& c, int lane, const BlockTaking&
     const V now = load[2] * K[i];
     load[3] = yields > V{} ? press_after<V>(load[3], now, taking) : V{};
     most = larger<V>(give * smaller<V>(load[3], now), most);
-    store_numbers<V, kLoads>(r, c, lane, begin);
+    store_numbers<V, ConstraintLines::kLoad, kLineDoubles>(r, c, lane, begin);
   }
-  store_numbers<V, kNormals>(K, c, lane, ConstraintLines::kMasses);
+  store_numbers<V, 0, kBlockPoints>(K, c, lane, ConstraintLines::kMasses);
   store(sag + lane, most);
 }
 

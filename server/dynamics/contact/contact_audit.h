@@ -28,6 +28,7 @@ CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& st
   const V Wn = dot(f.n, W), W1 = dot(f.t1, W), W2 = dot(f.t2, W);
   const V haste = at<V>(c.gap_haste, lane) / step.h, friction = at<V>(c.friction, lane);
   const V share = 1 / (1 + friction * friction);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), yields = at<V>(c.yields[i], lane);
     const auto is_there = yields > V{};
@@ -68,6 +69,7 @@ CRADLE_LANES void work_lanes(const ContactBlock& c, int lane, const BodyLine* me
   const Triple<V> VA = A.linear + cross(A.angular, at3<V>(c.arm_A, lane));
   const Triple<V> VB = B.linear + cross(B.angular, at3<V>(c.arm_B, lane));
   V Pn{}, P1{}, P2{}, Tn{}, T1{}, T2{};
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), l = at<V>(c.lambda[i], lane);
     const V f1 = at<V>(c.lambda_1[i], lane), f2 = at<V>(c.lambda_2[i], lane);

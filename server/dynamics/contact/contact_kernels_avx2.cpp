@@ -6,6 +6,6 @@ namespace cradle {
 namespace {
 using Four = double __attribute__((vector_size(32)));
 }
-constinit const ContactKernels kContactKernels4 = contact_kernels<Four>();
+constinit const ContactKernels kContactKernels4 = contact_kernels<Four, Twin<Four>>();
 }  // namespace cradle
 #endif

@@ -64,7 +64,9 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
   const V mass_scale = fill<V>(softness.mass_scale);
   const V impulse_scale = fill<V>(softness.impulse_scale);
   V K[6], own[points], soft[points], hard[points], sum{}, number{};
+  CRADLE_UNROLLED
   for (int i = 0; i < points * (points - 1) / 2; ++i) K[i] = at<V>(c.coupling[i], lane);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V yields = at<V>(c.yields[i], lane);
     own[i] = is_there[i] != V{} ? 1 / yields : V{};
@@ -72,6 +74,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
     number = number + is_there[i];
   }
   const V eps = 1e-6 * sum / larger<V>(number, fill<V>(1));
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     hard[i] = is_there[i] != V{} ? own[i] + eps : fill<V>(1);
     soft[i] = hard[i] + impulse_scale / mass_scale * own[i];
@@ -85,6 +88,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
 template <class V, int points>
 CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
   V number{}, lever2{};
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
     number = number + is_there[i];
@@ -123,6 +127,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
   const V g11 = dot(f.t1, I1), g12 = dot(f.t2, I1), g22 = dot(f.t2, I2);
 
   V x0[points], x1[points], x2[points], is_there[points];
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
     x0[i] = g00 + g01 * v - g02 * u;
@@ -132,7 +137,9 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
     is_there[i] = at<V>(c.yields[i], lane);  // 1 or 0
     store(c.yields[i] + lane, is_there[i] != V{} ? 1 / K : V{});
   }
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
+    CRADLE_UNROLLED
     for (int j = i + 1; j < points; ++j) {
       const V K = x0[i] + x1[i] * at<V>(c.v[j], lane) - x2[i] * at<V>(c.u[j], lane);
       store(c.coupling[coupled(i, j)] + lane, is_there[i] * is_there[j] != V{} ? K : V{});
@@ -159,6 +166,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
   if constexpr (points > 1) {
     if (joint) invert_t<V, points>(c, lane, is_there);
   }
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
     const V K11 = h11 - 2 * v * h1n + v * v * hnn;

@@ -86,6 +86,7 @@ CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& par
   const Frame<V> f = frame_at<V>(c, lane);
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   Wrench<V, points> wrench;
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
     const V f1 = part * at<V>(c.lambda_1[i], lane), f2 = part * at<V>(c.lambda_2[i], lane);
@@ -107,6 +108,7 @@ CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame
   }
   const Triple<V> W = bodies.B.angular - bodies.A.angular;
   const V W1 = dot(f.t1, W), W2 = dot(f.t2, W);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     vn[i] = Vn + at<V>(c.v[i], lane) * W1 - at<V>(c.u[i], lane) * W2;
   }
@@ -117,14 +119,16 @@ CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame
 template <class V, int points>
 CRADLE_LANES bool are_idle(const ContactBlock& c, int lane, const V* vn, const V& haste) {
   auto is_idle = haste == haste;
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V s = at<V>(c.s[i], lane), yields = at<V>(c.yields[i], lane);
     const V lambda = at<V>(c.lambda[i], lane), none{};
-    const V ahead = s > V{} ? vn[i] + s * haste : fill<V>(-1);
+    const V ahead = select(s > V{}, vn[i] + s * haste, fill<V>(-1));
     is_idle = is_idle & (lambda == none) & ((ahead >= none) | (yields == none));
   }
   if (!all<V>(is_idle)) return false;
   V friction{};
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     friction = friction +
                (size_of<V>(at<V>(c.lambda_1[i], lane)) + size_of<V>(at<V>(c.lambda_2[i], lane)));
@@ -142,6 +146,7 @@ CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, 
   const V step = lambda - old;
   store(c.lambda[i] + lane, lambda);
   wrench.add_normal(step, at<V>(c.u[i], lane), at<V>(c.v[i], lane));
+  CRADLE_UNROLLED
   for (int j = i + 1; j < points; ++j) {
     vn[j] = vn[j] + at<V>(c.coupling[coupled(i, j)], lane) * step;
   }
@@ -153,16 +158,19 @@ template <class V, int points>
 CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, const V* r, V* vn,
                               Wrench<V, points>& wrench) {
   V old[points], change[points], reach = fill<V>(1);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     V d{};
+    CRADLE_UNROLLED
     for (int j = 0; j < points; ++j) {
       d = d - at<V>(G[i < j ? joined<points>(i, j) : joined<points>(j, i)], lane) * r[j];
     }
     old[i] = at<V>(c.lambda[i], lane);
     change[i] = d;
-    const V left = old[i] + d < V{} ? old[i] / -d : fill<V>(1);
-    reach = left < reach ? left : reach;
+    const V left = select(old[i] + d < V{}, old[i] / -d, fill<V>(1));
+    reach = select(left < reach, left, reach);
   }
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V lambda = larger<V>(old[i] + reach * change[i], V{});
     change[i] = lambda - old[i];
@@ -171,8 +179,10 @@ CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, cons
   }
   const auto is_whole = reach == fill<V>(1);
   if (all<V>(is_whole)) return is_whole;
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     vn[i] = vn[i] + change[i] / at<V>(c.yields[i], lane);
+    CRADLE_UNROLLED
     for (int j = i + 1; j < points; ++j) {
       const V K = at<V>(c.coupling[coupled(i, j)], lane);
       vn[i] = vn[i] + K * change[j];
@@ -213,25 +223,27 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
     V r[points];
+    CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
       const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
       const V yields = at<V>(c.yields[i], lane);
       const V bias = bias_of<V>(step, soft, s, yields, lambda);
       const V give = soft.impulse_scale * lambda / (soft.mass_scale * yields);
-      r[i] = vn[i] + give + (s > V{} ? s * haste : bias / (soft.mass_scale * yields));
-      r[i] = yields > V{} ? r[i] : V{};
+      r[i] = vn[i] + give + select(s > V{}, s * haste, bias / (soft.mass_scale * yields));
+      r[i] = select(yields > V{}, r[i], V{});
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_soft, r, vn, wrench);
   }
   if (!all<V>(is_done)) {
+    CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
       const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
       const V yields = at<V>(c.yields[i], lane);
       const V into = -(yields * (soft.mass_scale * vn[i]) +
                        bias_of<V>(step, soft, s, yields, lambda) + soft.impulse_scale * lambda);
       const V ahead = -(yields * (vn[i] + s * haste) + soft.impulse_scale * lambda);
-      const V change = s > V{} ? ahead : into;
-      add_normal<V, points>(c, lane, i, is_done ? V{} : change, vn, wrench);
+      const V change = select(s > V{}, ahead, into);
+      add_normal<V, points>(c, lane, i, select(is_done, V{}, change), vn, wrench);
     }
   }
   wrench.push_along_n(f, bodies);
@@ -251,6 +263,7 @@ CRADLE_LANES void separations(ContactBlock& c, int lane, const Frame<V>& f,
   }
   const Triple<V> H = B.angular - A.angular;
   const V H1 = dot(f.t1, H), H2 = dot(f.t2, H);
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     store(c.s[i] + lane,
           at<V>(c.s0[i], lane) + Sn + at<V>(c.v[i], lane) * H1 - at<V>(c.u[i], lane) * H2);
@@ -266,17 +279,19 @@ CRADLE_LANES auto stick(ContactBlock& c, int lane, const V& V1, const V& V2, con
   const V friction = at<V>(c.friction, lane);
   V f1[points], f2[points];
   auto sticks = share == share;
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
-    const V is_there = at<V>(c.yields[i], lane) > V{} ? fill<V>(1) : V{};
+    const V is_there = select(at<V>(c.yields[i], lane) > V{}, fill<V>(1), V{});
     f1[i] = at<V>(c.lambda_1[i], lane) - is_there * (F.x * share - v * turn);
     f2[i] = at<V>(c.lambda_2[i], lane) - is_there * (F.y * share + u * turn);
     const V limit = friction * at<V>(c.lambda[i], lane);
     sticks = sticks & (f1[i] * f1[i] + f2[i] * f2[i] <= limit * limit);
   }
+  CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V old_1 = at<V>(c.lambda_1[i], lane), old_2 = at<V>(c.lambda_2[i], lane);
-    const V new_1 = sticks ? f1[i] : old_1, new_2 = sticks ? f2[i] : old_2;
+    const V new_1 = select(sticks, f1[i], old_1), new_2 = select(sticks, f2[i], old_2);
     store(c.lambda_1[i] + lane, new_1);
     store(c.lambda_2[i] + lane, new_2);
     wrench.add_friction(new_1 - old_1, new_2 - old_2, at<V>(c.u[i], lane), at<V>(c.v[i], lane));
@@ -297,6 +312,7 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, In
     const V h1n = at<V>(c.response_t[2], lane), h22 = at<V>(c.response_t[3], lane);
     const V h2n = at<V>(c.response_t[4], lane), hnn = at<V>(c.response_t[5], lane);
     const V friction = at<V>(c.friction, lane);
+    CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
       const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
       const V yields = at<V>(c.yields_t[i], lane);
@@ -306,16 +322,19 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, In
       const V limit = friction * at<V>(c.lambda[i], lane), size2 = f1 * f1 + f2 * f2;
       V scale = fill<V>(1);
       const auto slides = size2 > limit * limit;
-      if (any<V>(slides)) scale = slides ? limit / root<V>(size2) : scale;  // waits for two series
-      const V new_1 = is_done ? old_1 : scale * f1, new_2 = is_done ? old_2 : scale * f2;
+      if (any<V>(slides))
+        scale = select(slides, limit / root<V>(size2), scale);  // waits for two series
+      const V new_1 = select(is_done, old_1, scale * f1),
+              new_2 = select(is_done, old_2, scale * f2);
       store(c.lambda_1[i] + lane, new_1);
       store(c.lambda_2[i] + lane, new_2);
       const V d1 = new_1 - old_1, d2 = new_2 - old_2, dn = u * d2 - v * d1;
       wrench.add_friction(d1, d2, u, v);
-      if constexpr (points == 1) break;
-      V1 = V1 + (h11 * d1 + h12 * d2 + h1n * dn);
-      V2 = V2 + (h12 * d1 + h22 * d2 + h2n * dn);
-      Wn = Wn + (h1n * d1 + h2n * d2 + hnn * dn);
+      if constexpr (points > 1) {
+        V1 = V1 + (h11 * d1 + h12 * d2 + h1n * dn);
+        V2 = V2 + (h12 * d1 + h22 * d2 + h2n * dn);
+        Wn = Wn + (h1n * d1 + h2n * d2 + hnn * dn);
+      }
     }
   }
   wrench.push_across_n(f, bodies);
@@ -335,17 +354,19 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
   decltype(vn[0] == vn[0]) is_done{};
   if constexpr (joint) {
     V r[points];
+    CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
       const V yields = at<V>(c.yields[i], lane);
-      r[i] = yields > V{} ? vn[i] + larger<V>(at<V>(c.s[i], lane), V{}) * haste : V{};
+      r[i] = select(yields > V{}, vn[i] + larger<V>(at<V>(c.s[i], lane), V{}) * haste, V{});
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_hard, r, vn, wrench);
   }
   if (!all<V>(is_done)) {
+    CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
       const V allowed = larger<V>(at<V>(c.s[i], lane), V{}) * haste;
       const V change = -at<V>(c.yields[i], lane) * (vn[i] + allowed);
-      add_normal<V, points>(c, lane, i, is_done ? V{} : change, vn, wrench);
+      add_normal<V, points>(c, lane, i, select(is_done, V{}, change), vn, wrench);
     }
   }
   wrench.push_along_n(f, bodies);
@@ -465,13 +486,15 @@ struct Passes {
   }
 };
 
-template <class V>
+/// `W`: what the passes of a sub-step work on at a time.
+template <class V, class W = V>
 constexpr ContactKernels contact_kernels() {
   using P = Passes<V>;
+  using Q = Passes<W>;
   using B = BodyPasses<V>;
   return {kLanes<V>, B::load,    B::look,    B::move,       B::average,
-          P::gather, P::scatter, P::prepare, P::warm_start, P::repeat,
-          P::scale,  P::solve,   P::relax,   P::judge,      P::work};
+          P::gather, P::scatter, P::prepare, Q::warm_start, Q::repeat,
+          P::scale,  Q::solve,   Q::relax,   P::judge,      P::work};
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace {
 template <class V, int distance, std::size_t... l>
 CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   constexpr int n = kLanes<V>;
+  CRADLE_UNROLLED
   for (int k = 0; k < n; ++k) {
     if ((k & distance) != 0) continue;
     const V a = rows[k], b = rows[k + distance];
@@ -46,10 +47,20 @@ CRADLE_LANES auto numbers_of(Line* line) {
 template <class V>
 CRADLE_LANES void load_rows(V* rows, const BodyLine* lines, const std::int32_t* at) {
   constexpr int n = kLanes<V>;
+  CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
+    CRADLE_UNROLLED
     for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(numbers_of(lines + at[l]) + part * n);
     if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
   }
+}
+template <class V>
+CRADLE_LANES void load_rows(Twin<V>* rows, const BodyLine* lines, const std::int32_t* at) {
+  V lo[kLineDoubles], hi[kLineDoubles];
+  load_rows(lo, lines, at);
+  load_rows(hi, lines, at + kLanes<V>);
+  CRADLE_UNROLLED
+  for (int k = 0; k < kLineDoubles; ++k) rows[k] = {lo[k], hi[k]};
 }
 template <class V>
 CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) {
@@ -62,10 +73,24 @@ CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twi
   constexpr int n = kLanes<V>;
   V r[kLineDoubles] = {twist.linear.x,  twist.linear.y,  twist.linear.z,     twist.angular.x,
                        twist.angular.y, twist.angular.z, twist.inverse_mass, twist.inverse_moment};
+  CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
     if constexpr (n > 1) transpose<V, n / 2>(r + part * n, std::make_index_sequence<n>{});
+    CRADLE_UNROLLED
     for (int l = 0; l < n; ++l) store(numbers_of(lines + at[l]) + part * n, r[part * n + l]);
   }
+}
+template <class V>
+CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<Twin<V>>& t) {
+  const auto half = [&](V Twin<V>::*of) CRADLE_LAMBDA {
+    const auto& [v, w, inverse_mass, inverse_moment] = t;
+    return Twist<V>{{v.x.*of, v.y.*of, v.z.*of},
+                    {w.x.*of, w.y.*of, w.z.*of},
+                    inverse_mass.*of,
+                    inverse_moment.*of};
+  };
+  store_lines(lines, at, half(&Twin<V>::lo));
+  store_lines(lines, at + kLanes<V>, half(&Twin<V>::hi));
 }
 
 // A manifold in a lane.

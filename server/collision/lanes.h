@@ -67,8 +67,16 @@ CRADLE_LANES Twin<V> operator+(const Twin<V>& a, double b) {
   return {a.lo + b, a.hi + b};
 }
 template <class V>
+CRADLE_LANES Twin<V> operator+(double a, const Twin<V>& b) {
+  return {a + b.lo, a + b.hi};
+}
+template <class V>
 CRADLE_LANES Twin<V> operator*(double a, const Twin<V>& b) {
   return {a * b.lo, a * b.hi};
+}
+template <class V>
+CRADLE_LANES Twin<V> operator/(double a, const Twin<V>& b) {
+  return {a / b.lo, a / b.hi};
 }
 template <class V>
 CRADLE_LANES Twin<V> operator/(const Twin<V>& a, double b) {
@@ -117,16 +125,19 @@ template <class V>
 CRADLE_LANES V larger(const V& a, const V& b) {
   if constexpr (IsTwin<V>) {
     return {larger(a.lo, b.lo), larger(a.hi, b.hi)};
-  } else {
 #ifdef __SSE2__
-    if constexpr (kLanes<V> == 2) return V(_mm_max_pd(__m128d(a), __m128d(b)));
+  } else if constexpr (kLanes<V> == 2) {
+    return V(_mm_max_pd(__m128d(a), __m128d(b)));
 #endif
 #ifdef __AVX2__
-    if constexpr (kLanes<V> == 4) return V(_mm256_max_pd(__m256d(a), __m256d(b)));
+  } else if constexpr (kLanes<V> == 4) {
+    return V(_mm256_max_pd(__m256d(a), __m256d(b)));
 #endif
 #ifdef __AVX512F__
-    if constexpr (kLanes<V> == 8) return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
+  } else if constexpr (kLanes<V> == 8) {
+    return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
 #endif
+  } else {
     return a > b ? a : b;
   }
 }
@@ -134,16 +145,23 @@ CRADLE_LANES V larger(const V& a, const V& b) {
 /// a < b ? a : b
 template <class V>
 CRADLE_LANES V smaller(const V& a, const V& b) {
+  if constexpr (IsTwin<V>) {
+    return {smaller(a.lo, b.lo), smaller(a.hi, b.hi)};
 #ifdef __SSE2__
-  if constexpr (kLanes<V> == 2) return V(_mm_min_pd(__m128d(a), __m128d(b)));
+  } else if constexpr (kLanes<V> == 2) {
+    return V(_mm_min_pd(__m128d(a), __m128d(b)));
 #endif
 #ifdef __AVX2__
-  if constexpr (kLanes<V> == 4) return V(_mm256_min_pd(__m256d(a), __m256d(b)));
+  } else if constexpr (kLanes<V> == 4) {
+    return V(_mm256_min_pd(__m256d(a), __m256d(b)));
 #endif
 #ifdef __AVX512F__
-  if constexpr (kLanes<V> == 8) return V(_mm512_maskz_min_pd(0xff, __m512d(a), __m512d(b)));
+  } else if constexpr (kLanes<V> == 8) {
+    return V(_mm512_maskz_min_pd(0xff, __m512d(a), __m512d(b)));
 #endif
-  return a < b ? a : b;
+  } else {
+    return a < b ? a : b;
+  }
 }
 
 /// Without its sign.

@@ -32,7 +32,7 @@ CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& st
   for (int i = 0; i < points; ++i) {
     const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), yields = at<V>(c.yields[i], lane);
     const auto is_there = yields > V{};
-    const V K = is_there ? 1 / yields : V{};
+    const V K = select(is_there, 1 / yields, V{});
     const V vn = Vn + v * W1 - u * W2, u1 = V1 - v * Wn, u2 = V2 + u * Wn;
     const V un = vn + larger<V>(at<V>(c.s[i], lane), V{}) * haste;
     const V pn = K * at<V>(c.lambda[i], lane);
@@ -40,23 +40,23 @@ CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& st
     const V un_cone = un + friction * root<V>(u1 * u1 + u2 * u2);
 
     const V zn = pn - un_cone, z1 = p1 - u1, z2 = p2 - u2, t = root<V>(z1 * z1 + z2 * z2);
-    const V n = (zn + friction * t) * share, pull = t > V{} ? friction * n / t : V{};
+    const V n = (zn + friction * t) * share, pull = select(t > V{}, friction * n / t, V{});
     const auto is_inside = t <= friction * zn, is_apart = friction * t <= -zn;
-    const V cn = is_inside ? zn : is_apart ? V{} : n;
-    const V c1 = is_inside ? z1 : is_apart ? V{} : pull * z1;
-    const V c2 = is_inside ? z2 : is_apart ? V{} : pull * z2;
+    const V cn = select(is_inside, zn, select(is_apart, V{}, n));
+    const V c1 = select(is_inside, z1, select(is_apart, V{}, pull * z1));
+    const V c2 = select(is_inside, z2, select(is_apart, V{}, pull * z2));
     const V dn = pn - cn, d1 = p1 - c1, d2 = p2 - c2;
-    const V natural2 = is_there ? dn * dn + d1 * d1 + d2 * d2 : V{};
-    const V least = pn < un ? pn : un, beyond = root<V>(p1 * p1 + p2 * p2) - friction * pn;
+    const V natural2 = select(is_there, dn * dn + d1 * d1 + d2 * d2, V{});
+    const V least = smaller<V>(pn, un), beyond = root<V>(p1 * p1 + p2 * p2) - friction * pn;
     const V product = yields * (pn * un_cone + p1 * u1 + p2 * u2);
 
     raise(tally.natural2, lane, natural2);
-    raise(tally.signorini, lane, is_there ? larger<V>(least, -least) : V{});
-    raise(tally.cone, lane, is_there ? beyond : V{});
+    raise(tally.signorini, lane, select(is_there, larger<V>(least, -least), V{}));
+    raise(tally.cone, lane, select(is_there, beyond, V{}));
     raise(tally.complementarity, lane, larger<V>(product, -product));
     add_to(tally.natural2_sum, lane, natural2);
     add_to(tally.impulse2_sum, lane, pn * pn + p1 * p1 + p2 * p2);
-    add_to(tally.velocity2_sum, lane, is_there ? un * un + u1 * u1 + u2 * u2 : V{});
+    add_to(tally.velocity2_sum, lane, select(is_there, un * un + u1 * u1 + u2 * u2, V{}));
   }
 }
 
@@ -85,8 +85,8 @@ CRADLE_LANES void work_lanes(const ContactBlock& c, int lane, const BodyLine* me
   const V normal = dot(N, VB - VA) + dot(M, B.angular - A.angular);
   const V friction = dot(F, VB - VA) + dot(R, B.angular - A.angular);
   // On a body that yields, by one that does not: what it did beyond the above.
-  const V by_A = A.inverse_mass > V{} ? V{} : fill<V>(1);
-  const V by_B = B.inverse_mass > V{} ? V{} : fill<V>(1);
+  const V by_A = select(A.inverse_mass > V{}, V{}, fill<V>(1));
+  const V by_B = select(B.inverse_mass > V{}, V{}, fill<V>(1));
   const Triple<V> P = N + F, T = M + R;
   const V driven =
       by_A * (dot(P, VA) + dot(T, A.angular)) - by_B * (dot(P, VB) + dot(T, B.angular));

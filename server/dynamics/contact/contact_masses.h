@@ -69,14 +69,14 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const V yields = at<V>(c.yields[i], lane);
-    own[i] = is_there[i] != V{} ? 1 / yields : V{};
+    own[i] = select(is_there[i] > V{}, 1 / yields, V{});
     sum = sum + own[i];
     number = number + is_there[i];
   }
   const V eps = 1e-6 * sum / larger<V>(number, fill<V>(1));
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    hard[i] = is_there[i] != V{} ? own[i] + eps : fill<V>(1);
+    hard[i] = select(is_there[i] > V{}, own[i] + eps, fill<V>(1));
     soft[i] = hard[i] + impulse_scale / mass_scale * own[i];
   }
   constexpr std::integral_constant<int, points> size{};
@@ -99,15 +99,15 @@ CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
   const V yy_zz = m.yy * m.zz - m.yz * m.yz, xy_zz = m.xz * m.yz - m.xy * m.zz;
   const V xy_yz = m.xy * m.yz - m.xz * m.yy;
   const V determinant = m.xx * yy_zz + m.xy * xy_zz + m.xz * xy_yz;
-  const V d = is_used ? 1 / determinant : V{};
+  const V d = select(is_used, 1 / determinant, V{});
   store(c.inverse_t[0] + lane, d * yy_zz);
   store(c.inverse_t[1] + lane, d * xy_zz);
   store(c.inverse_t[2] + lane, d * xy_yz);
   store(c.inverse_t[3] + lane, d * (m.xx * m.zz - m.xz * m.xz));
   store(c.inverse_t[4] + lane, d * (m.xy * m.xz - m.xx * m.yz));
   store(c.inverse_t[5] + lane, d * (m.xx * m.yy - m.xy * m.xy));
-  store(c.share + lane, is_used ? 1 / number : V{});
-  store(c.lever_share + lane, lever2 > V{} ? 1 / lever2 : V{});
+  store(c.share + lane, select(is_used, 1 / number, V{}));
+  store(c.lever_share + lane, select(lever2 > V{}, 1 / lever2, V{}));
 }
 
 /// The masses that impulses meet.
@@ -135,14 +135,14 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
     x2[i] = g02 + g12 * v - g22 * u;
     const V K = x0[i] + x1[i] * v - x2[i] * u;
     is_there[i] = at<V>(c.yields[i], lane);  // 1 or 0
-    store(c.yields[i] + lane, is_there[i] != V{} ? 1 / K : V{});
+    store(c.yields[i] + lane, select(is_there[i] > V{}, 1 / K, V{}));
   }
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     CRADLE_UNROLLED
     for (int j = i + 1; j < points; ++j) {
       const V K = x0[i] + x1[i] * at<V>(c.v[j], lane) - x2[i] * at<V>(c.u[j], lane);
-      store(c.coupling[coupled(i, j)] + lane, is_there[i] * is_there[j] != V{} ? K : V{});
+      store(c.coupling[coupled(i, j)] + lane, select(is_there[i] * is_there[j] > V{}, K, V{}));
     }
   }
   if constexpr (points > 1) {
@@ -174,7 +174,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
     const V K12 = h12 + u * h1n - v * h2n - u * v * hnn;
     const V half = (K11 - K22) / 2;
     const V K = (K11 + K22) / 2 + root<V>(half * half + K12 * K12);
-    store(c.yields_t[i] + lane, is_there[i] != V{} ? 1 / K : V{});
+    store(c.yields_t[i] + lane, select(is_there[i] > V{}, 1 / K, V{}));
   }
 }
 

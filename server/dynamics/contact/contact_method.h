@@ -486,15 +486,15 @@ struct Passes {
   }
 };
 
-/// `W`: what the passes of a sub-step work on at a time.
+/// `W`: what passes work on at a time that do not wait for memory.
 template <class V, class W = V>
 constexpr ContactKernels contact_kernels() {
   using P = Passes<V>;
   using Q = Passes<W>;
   using B = BodyPasses<V>;
   return {kLanes<V>, B::load,    B::look,    B::move,       B::average,
-          P::gather, P::scatter, P::prepare, Q::warm_start, Q::repeat,
-          P::scale,  Q::solve,   Q::relax,   P::judge,      P::work};
+          P::gather, P::scatter, Q::prepare, Q::warm_start, Q::repeat,
+          P::scale,  Q::solve,   Q::relax,   Q::judge,      Q::work};
 }
 
 }  // namespace

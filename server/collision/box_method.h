@@ -31,16 +31,36 @@ CRADLE_LANES void load_all(V (&to)[n], const double (&rows)[n][kBoxLanes], int l
   for (int k = 0; k < n; ++k) to[k] = load<V>(rows[k] + lane);
 }
 
-/// Numbers from `at` on of what each lane points to.
+/// The first numbers of what each lane points to.
 template <class V, int n>
-CRADLE_LANES void gather_all(V (&to)[n], const double* const* lanes, int at = 0) {
+CRADLE_LANES void gather_all(V (&to)[n], const double* const* lanes) {
   for (int k = 0; k < n; ++k) {
     if constexpr (kLanes<V> == 1) {
-      to[k] = lanes[0][at + k];
+      to[k] = lanes[0][k];
     } else {
       V v{};
-      for (int l = 0; l < kLanes<V>; ++l) v[l] = lanes[l][at + k];
+      for (int l = 0; l < kLanes<V>; ++l) v[l] = lanes[l][k];
       to[k] = v;
+    }
+  }
+}
+
+/// Likewise all numbers.
+template <class V, int n>
+CRADLE_LANES void gather_whole(V (&to)[n], const double* const* lanes) {
+  constexpr int width = kLanes<V>;
+  if constexpr (width == 1) {
+    gather_all(to, lanes);
+  } else {
+    CRADLE_UNROLLED
+    for (int begin = 0; begin < n; begin += width) {
+      const int at = begin < n - width ? begin : n - width;
+      V rows[width];
+      CRADLE_UNROLLED
+      for (int l = 0; l < width; ++l) rows[l] = load<V>(lanes[l] + at);
+      transpose<V, width / 2>(rows, std::make_index_sequence<width>{});
+      CRADLE_UNROLLED
+      for (int l = 0; l < width; ++l) to[at + l] = rows[l];
     }
   }
 }
@@ -123,15 +143,14 @@ CRADLE_LANES void weigh_edges(const V* h_A, const V* h_B, const V* C, const V* s
 
 template <class V>
 CRADLE_LANES void separate_lanes(BoxPairBlock& b, int lane) {
-  V h_A[3], h_B[3], x_A[3], x_B[3], R_A[9], R_B[9], d[3];
+  V h_A[3], h_B[3], X_WA[12], X_WB[12], d[3];
   gather_all(h_A, b.half_A + lane);
   gather_all(h_B, b.half_B + lane);
-  gather_all(x_A, b.X_WA + lane);
-  gather_all(x_B, b.X_WB + lane);
-  gather_all(R_A, b.X_WA + lane, 3);
-  gather_all(R_B, b.X_WB + lane, 3);
+  gather_whole(X_WA, b.X_WA + lane);
+  gather_whole(X_WB, b.X_WB + lane);
+  const V *const R_A = X_WA + 3, *const R_B = X_WB + 3;
   for (int k = 0; k < 3; ++k) {
-    d[k] = x_B[k] - x_A[k];
+    d[k] = X_WB[k] - X_WA[k];
     store(b.h_A[k] + lane, h_A[k]);
     store(b.h_B[k] + lane, h_B[k]);
   }

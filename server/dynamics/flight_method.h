@@ -28,6 +28,7 @@
 #pragma once
 
 #include "server/collision/lanes.h"
+#include "server/dynamics/body_columns.h"
 #include "server/dynamics/flight_kernel.h"
 
 namespace cradle {

@@ -11,22 +11,6 @@ namespace {
 
 // Lines of bodies to lanes, and back.
 
-/// In groups of n rows, element l of row k becomes element k of row l.
-template <class V, int distance, std::size_t... l>
-CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
-  constexpr int n = kLanes<V>;
-  CRADLE_UNROLLED
-  for (int k = 0; k < n; ++k) {
-    if ((k & distance) != 0) continue;
-    const V a = rows[k], b = rows[k + distance];
-    rows[k] =
-        __builtin_shufflevector(a, b, ((int(l) & distance) ? n + (int(l) ^ distance) : int(l))...);
-    rows[k + distance] =
-        __builtin_shufflevector(a, b, ((int(l) & distance) ? n + int(l) : (int(l) ^ distance))...);
-  }
-  if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
-}
-
 /// Two numbers of its line beside it.
 template <class V>
 struct Twist {

@@ -175,4 +175,20 @@ TEST_CASE("of a contact that carries nothing one entry tells that it was there")
   CHECK(cache.entries().size() == 4);
   CHECK(pressed.points[2].press == 3);
   CHECK(pressed.K_normals[1] == 2);
+  CHECK_FALSE(pressed.has_rested);
+
+  before.points[2].press = 0;
+  before.set_rest(before.points[2], {1e-3, 5});  // nor is it idle where it rests elsewhere
+  const ContactConstraint rested = [&] {
+    ContactConstraint after = before;
+    after.rests = {};
+    after.has_rested = false;
+    cache.store(serial_executor, ids, std::array{before});
+    ContactCache::Reader(cache, ids).restore(after);
+    return after;
+  }();
+  CHECK(cache.entries().size() == 4);
+  CHECK(rested.has_rested);
+  CHECK(rested.rests[2].m == 1e-3);
+  CHECK(rested.rests[2].load == 5);
 }

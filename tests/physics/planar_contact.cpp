@@ -176,6 +176,12 @@ TEST_CASE("the rows of a contact in the plane know its freedoms alone") {
   find_effective_masses(c);
   CHECK(c.K_normals[0] == Approx(1 + 0.25 / J).epsilon(1e-14));
   CHECK(c.K_tangents[0] == Approx(1 + 0.09 / J).epsilon(1e-14));
+
+  // Its room used again, nothing is left of where another has rested.
+  c.set_rest(c.points[0], {1e-3, 2});
+  set_constraint(c, manifold, 0, 1, bodies, inverse_inertia);
+  CHECK_FALSE(c.has_rested);
+  CHECK(c.rest(c.points[0]).is_none());
 }
 
 TEST_CASE("boxes thinner than they overlap part in the plane") {

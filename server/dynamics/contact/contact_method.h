@@ -20,9 +20,7 @@
 // If an impulse would pull, the step is cut where the first one ends, and the points go on one
 // after another from there: from a step that is merely clamped, energy may rise without bound.
 // Where we differ from points by themselves: their offset along n from the plane through c is
-// dropped (friction has no lever by it).
-//
-// Order as soft_step.cpp. Cost, see there.
+// dropped (friction has no lever by it). Order and cost: soft_step.cpp.
 #pragma once
 
 #include "server/dynamics/contact/body_lanes.h"

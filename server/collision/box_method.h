@@ -45,26 +45,6 @@ CRADLE_LANES void gather_all(V (&to)[n], const double* const* lanes) {
   }
 }
 
-/// Likewise all numbers.
-template <class V, int n>
-CRADLE_LANES void gather_whole(V (&to)[n], const double* const* lanes) {
-  constexpr int width = kLanes<V>;
-  if constexpr (width == 1) {
-    gather_all(to, lanes);
-  } else {
-    CRADLE_UNROLLED
-    for (int begin = 0; begin < n; begin += width) {
-      const int at = begin < n - width ? begin : n - width;
-      V rows[width];
-      CRADLE_UNROLLED
-      for (int l = 0; l < width; ++l) rows[l] = load<V>(lanes[l] + at);
-      transpose<V, width / 2>(rows, std::make_index_sequence<width>{});
-      CRADLE_UNROLLED
-      for (int l = 0; l < width; ++l) to[at + l] = rows[l];
-    }
-  }
-}
-
 // Separating axes.
 
 template <class V>
@@ -146,8 +126,8 @@ CRADLE_LANES void separate_lanes(BoxPairBlock& b, int lane) {
   V h_A[3], h_B[3], X_WA[12], X_WB[12], d[3];
   gather_all(h_A, b.half_A + lane);
   gather_all(h_B, b.half_B + lane);
-  gather_whole(X_WA, b.X_WA + lane);
-  gather_whole(X_WB, b.X_WB + lane);
+  load_columns<12>(X_WA, b.X_WA + lane);
+  load_columns<12>(X_WB, b.X_WB + lane);
   const V *const R_A = X_WA + 3, *const R_B = X_WB + 3;
   for (int k = 0; k < 3; ++k) {
     d[k] = X_WB[k] - X_WA[k];

@@ -344,5 +344,20 @@ CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
 }
 
+/// Of `size` numbers that each lane points to, from `begin` on, those from `first` up to, not with,
+/// `end`, and what lies with them in a vector: the k-th of all lanes to `to[k]`. With a last part
+/// that begins earlier if need be.
+template <int size, int first = 0, int end = size, class V>
+CRADLE_LANES void load_columns(V* to, const double* const* lanes, int begin = 0) {
+  constexpr int n = kLanes<V>;
+  CRADLE_UNROLLED
+  for (int part = first / n * n; part < end; part += n) {
+    const int at = part < size - n ? part : size - n;
+    CRADLE_UNROLLED
+    for (int l = 0; l < n; ++l) to[at + l] = load<V>(lanes[l] + begin + at);
+    if constexpr (n > 1) transpose<V, n / 2>(to + at, std::make_index_sequence<n>{});
+  }
+}
+
 }  // namespace
 }  // namespace cradle

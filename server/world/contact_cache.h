@@ -21,8 +21,8 @@ struct CachedForce {
   std::uint64_t feature = 0;
   double force = 0;                  ///< N
   double press = 0;                  ///< m/s^2, see ConstraintPoint
-  double K_normal = 0;               ///< 1/kg, likewise
-  double rest_m = 0;                 ///< m, likewise
+  double K_normal = 0;               ///< 1/kg, see ContactConstraint
+  double rest_m = 0;                 ///< m, see PointRest
   double rest_load = 0;              ///< m/s^2, likewise
   Vector friction = Vector::Zero();  ///< N, in W: survives a turn of the tangents
   Vector arm = Vector::Zero();       ///< m, in W, from A's centre

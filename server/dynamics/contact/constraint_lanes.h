@@ -10,20 +10,8 @@
 namespace cradle {
 namespace {
 
-// Of a line the numbers from `first` up to, not with, `end`, and those that lie with them in a
-// vector.
-
-template <class V, int first = 0, int end = kLineDoubles>
-CRADLE_LANES void load_numbers(V* rows, double* const* lines, int begin) {
-  constexpr int n = kLanes<V>;
-  CRADLE_UNROLLED
-  for (int part = first / n; part * n < end; ++part) {
-    CRADLE_UNROLLED
-    for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(lines[l] + begin + part * n);
-    if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
-  }
-}
-/// Where there is a constraint.
+/// Of a line the numbers from `first` up to, not with, `end`, and those that lie with them in a
+/// vector: where there is a constraint.
 template <class V, int first, int end>
 CRADLE_LANES void store_numbers(V* rows, const ContactBlock& c, int lane, int begin) {
   constexpr int n = kLanes<V>;
@@ -64,7 +52,7 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
     fill_inertia<V>(filling.responses, c.b + lane, c.inverse_inertia_B, lane);
   }
   V r[kLineDoubles];
-  load_numbers(r, c.lines + lane, Lines::kFrame);
+  load_columns<kLineDoubles>(r, c.lines + lane, Lines::kFrame);
   const Triple<V> n{r[0], r[1], r[2]}, t1{r[3], r[4], r[5]}, t2 = cross(n, t1);
   store3(c.n, lane, n);
   store3(c.t1, lane, t1);
@@ -73,13 +61,13 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   store(c.sink_share + lane, one - r[7]);
 
   V K[kLineDoubles];
-  load_numbers<V, 0, kBlockPoints>(K, c.lines + lane, Lines::kMasses);
+  load_columns<kLineDoubles, 0, kBlockPoints>(K, c.lines + lane, Lines::kMasses);
   Triple<V> arms[points], sum{};
   V number{}, zero{};
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const auto is_there = at<V>(c.yields[i], lane) > V{};
-    load_numbers(r, c.lines + lane, Lines::kPoints + i * kLineDoubles);
+    load_columns<kLineDoubles>(r, c.lines + lane, Lines::kPoints + i * kLineDoubles);
     const V *const load = r + Lines::kLoad, force = load[2], press = load[3];
     arms[i] = {r[0], r[1], r[2]};
     sum = sum + select(is_there, arms[i], Triple<V>{});
@@ -96,7 +84,7 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   // The mean of the points: between them every point has a short lever.
   const V share = 1 / larger<V>(number, one);
   const Triple<V> centre = share * sum;
-  load_numbers(r, c.lines + lane, Lines::kBodies);
+  load_columns<kLineDoubles>(r, c.lines + lane, Lines::kBodies);
   store3(c.arm_A, lane, centre);
   store3(c.arm_B, lane, centre + Triple<V>{r[0], r[1], r[2]});
   store(c.gap_haste + lane, r[5] > V{} ? fill<V>(kImpactHaste) : one);
@@ -122,12 +110,12 @@ CRADLE_LANES void take_lanes(const ContactBlock& c, int lane, const BlockTaking&
   V most = load<V>(sag + lane);
   const V give = taking.give * at<V>(c.sink_share, lane);
   V K[kLineDoubles], r[kLineDoubles], *const load = r + ConstraintLines::kLoad;
-  load_numbers<V, 0, kBlockPoints>(K, c.lines + lane, ConstraintLines::kMasses);
+  load_columns<kLineDoubles, 0, kBlockPoints>(K, c.lines + lane, ConstraintLines::kMasses);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     const int begin = ConstraintLines::kPoints + i * kLineDoubles;
     const V yields = at<V>(c.yields[i], lane);
-    load_numbers<V, ConstraintLines::kLoad, kLineDoubles>(r, c.lines + lane, begin);
+    load_columns<kLineDoubles, ConstraintLines::kLoad>(r, c.lines + lane, begin);
     // Of what does nothing, some lanes have no friction, others that of sign minus: plus 0, all.
     load[0] = at<V>(c.lambda_1[i], lane) / taking.h + V{};
     load[1] = at<V>(c.lambda_2[i], lane) / taking.h + V{};

@@ -2,8 +2,8 @@
 //
 // A contact of the soft step sinks in under its load by as much as its spring asks for, one of
 // Newton's method by a ten thousandth of that. So a point remembers at which gap it rests, rest_m,
-// and under which load, rest_load (m/s^2: of a force F on its effective mass, K F). Both methods
-// see the gap
+// and under which load, rest_load (PointRest; m/s^2, of a force F on its effective mass, K F). Both
+// methods see the gap
 //   s - rest_m - give rest_load,  give: what a load of 1 m/s^2 sinks in by; s^2
 //   soft step: give = (h / 2 pi c)^2 (softness.h);  Newton: give = dt^2 R / K (contact_island.h)
 // At s = rest_m either answers with that load, whatever the number of sub-steps. On a hand-over, in

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
+
 namespace cradle {
 namespace {
 
@@ -14,8 +16,6 @@ constexpr std::size_t kLargeMost = 16;   // one box in ... may be too large for 
 constexpr std::size_t kCellsPerBox = 2;  // at most: beyond, the grid is wound up more often
 constexpr std::size_t kSharedPerBox = 32;  // places in a box's cell, on average, at most
 constexpr std::int32_t kNarrow = 4;        // cells: narrower than that, one cell is as good
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 #include <set>
 #include <string_view>
 
+#include "server/collision/index.h"
 #include "server/collision/stored_geometry.h"
 #include "server/collision/tolerances.h"
 
@@ -20,8 +21,6 @@ extern "C" {
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 using Loop = std::vector<std::int32_t>;
 

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
 #include "server/collision/likely_vertices.h"
 #include "server/collision/surface.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int32_t& hint) {
   if (!hull.likely.empty()) {

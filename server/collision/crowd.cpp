@@ -3,12 +3,11 @@
 #include <algorithm>
 
 #include "server/collision/box_tree.h"
+#include "server/collision/index.h"
 #include "server/collision/pair_rules.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 class Crowd {
  public:

@@ -7,13 +7,13 @@
 
 #include <algorithm>
 
+#include "server/collision/index.h"
+
 namespace cradle {
 namespace {
 
 constexpr std::size_t kFewImmovable = 64;  // their boxes may be of any size
 constexpr std::size_t kPairsOfLarge = 4;   // to compare, for each body at most
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 }  // namespace
 

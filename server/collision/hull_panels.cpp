@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <tuple>
 
+#include "server/collision/index.h"
 #include "server/collision/polytope_search.h"
 #include "server/collision/stored_geometry.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// A corner of a panel in its plane: the place in `loops` where an edge leaves it.
 struct Corner {

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "server/collision/direction_grid.h"
+#include "server/collision/index.h"
 #include "server/collision/stored_geometry.h"
 
 namespace cradle {
@@ -14,8 +15,6 @@ namespace {
 constexpr std::size_t kWidest = 256;   // faces tried first as the side to leave by
 constexpr std::size_t kLikely = 4096;  // vertices: beyond, cells would hold too many of them
 constexpr std::size_t kFoursMost = 16384;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Twice the area of a face along its normal (Newell), about its first corner.
 Vector area_of(const ConvexHull& hull, std::size_t f) {

@@ -24,6 +24,7 @@
 #include "server/collision/box_layer.h"
 #include "server/collision/crowd.h"
 #include "server/collision/fresh_pairs.h"
+#include "server/collision/index.h"
 #include "server/collision/pair_parts.h"
 #include "server/collision/pair_rules.h"
 #include "server/collision/room_pairs.h"
@@ -43,8 +44,6 @@ constexpr int kRefits = 8;
 constexpr std::size_t kCandidates = 2;
 /// Worth a thread, at some nanoseconds each.
 constexpr int kBoxes = 512;
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 /// `box`, with room to move on as it did from `before` to now.
 FloatBox room_for(const FloatBox& box, const FloatBox& before) {

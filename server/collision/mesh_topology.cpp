@@ -7,13 +7,12 @@
 #include <cmath>
 #include <tuple>
 
+#include "server/collision/index.h"
 #include "server/collision/stored_geometry.h"
 #include "server/collision/surface.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Below this height over its longest edge, relative to that, a triangle has no normal of its own:
 /// the digits of its corners are used up.

@@ -5,14 +5,13 @@
 #include <algorithm>
 
 #include "server/collision/box_lanes.h"
+#include "server/collision/index.h"
 
 namespace cradle {
 namespace {
 
 constexpr std::size_t kCompared = 2048;  // pairs at a time: worth a thread
 constexpr std::size_t kGone = 16;        // one pair in ... may be gone
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 }  // namespace
 

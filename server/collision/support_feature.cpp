@@ -18,6 +18,7 @@
 #include <numbers>
 
 #include "server/collision/box_faces.h"
+#include "server/collision/index.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
@@ -33,8 +34,6 @@ constexpr double kSteep = 0.95;
 constexpr double kLevel = 1e-9;
 /// m. A rim whose farthest point leads by less is level, and its octagon begins at x.
 constexpr double kLead_m = 1e-10;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 constexpr double kDiagonal = std::numbers::sqrt2 / 2;
 constexpr std::array<double, 8> kOctagonX = {1,  kDiagonal,  0, -kDiagonal,

@@ -17,12 +17,11 @@
 #include <numeric>
 #include <tuple>
 
+#include "server/collision/index.h"
 #include "server/collision/stored_geometry.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// A triangle's edge, from corner to corner; sorted so that the two sides of an edge are
 /// neighbours.

@@ -22,12 +22,11 @@
 // loses no digits.
 #include <numbers>
 
+#include "server/collision/index.h"
 #include "server/dynamics/mass_distribution.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Moments J_x = J_y and J_z of a kilogram.
 Matrix axial(double J_x, double J_z) { return Vector(J_x, J_x, J_z).asDiagonal(); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
 #include "server/collision/pair_rules.h"
 #include "server/world/state.h"
 
@@ -11,8 +12,6 @@ namespace {
 
 /// One collider in ... may be none of these balls: each of those asks the grid for what it meets.
 constexpr std::size_t kOthers = 4;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 BodyPair in_order(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/collision/bounds.h"
+#include "server/collision/index.h"
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
 #include "server/dynamics/schemes/scheme.h"
@@ -20,8 +21,6 @@ namespace {
 constexpr double kAtRest_m = 1e-6;
 /// Worth a thread, at some tens of nanoseconds each.
 constexpr int kPairs = 64;
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 /// By what it is made of.
 bool is_ball(const World::State& s, std::size_t i) {

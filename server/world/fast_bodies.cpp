@@ -6,13 +6,12 @@
 
 #include "server/collision/bounds.h"
 #include "server/collision/extents.h"
+#include "server/collision/index.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/state.h"
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 /// The angular velocity of the body's shape. A body that is round in shape and inertia spins about
 /// its axis unseen, and its axis goes round the angular momentum, at a constant rate while nothing

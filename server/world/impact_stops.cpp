@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/collision/box_tree.h"
+#include "server/collision/index.h"
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/ball_pairs.h"
@@ -15,8 +16,6 @@ namespace cradle {
 namespace {
 
 constexpr int kSweepsMax = 16;
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 using Mover = ImpactStops::Mover;
 using Candidate = ImpactStops::Candidate;

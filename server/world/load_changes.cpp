@@ -1,5 +1,6 @@
 #include "server/world/load_changes.h"
 
+#include "server/collision/index.h"
 #include "server/world/state.h"
 
 namespace cradle {
@@ -8,8 +9,6 @@ namespace {
 /// Of the larger load: less is followed by the sub-steps as they are ("a pushed box", where a push
 /// grows for a second).
 constexpr double kChange = 0.05;
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 /// As an acceleration squared: what takes as much kinetic energy from rest.
 double size2(const World::State& s, std::size_t i, const Vector& acceleration,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
 #include "server/collision/manifolds.h"
 #include "server/dynamics/contact/islands.h"
 #include "server/world/edit.h"
@@ -10,8 +11,6 @@
 
 namespace cradle {
 namespace {
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 bool is_before(const CachedForce& p, const CachedForce& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/collision/bounds.h"
+#include "server/collision/index.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/surface.h"
@@ -27,8 +28,6 @@ namespace {
 /// Worth a thread: enough to fill lanes several times.
 constexpr int kPairs = 64, kColliders = 32;
 constexpr std::size_t kConstraints = 256;  // at a time
-
-std::size_t index(std::int32_t slot) { return static_cast<std::size_t>(slot); }
 
 }  // namespace
 

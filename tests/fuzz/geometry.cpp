@@ -5,6 +5,7 @@
 #include <set>
 
 #include "server/collision/bounds.h"
+#include "server/collision/index.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/dynamics/mass_distribution.h"
@@ -13,8 +14,6 @@
 
 namespace cradle::fuzz {
 namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Points in one of four forms: any bits; whole numbers times a scale; the same and a little more;
 /// on few places of a small grid, so that many are duplicates, collinear or coplanar.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "server/collision/index.h"
 #include "server/dynamics/contact/softness.h"
 
 namespace cradle {
@@ -33,8 +34,6 @@ std::int32_t kind_of(const ContactConstraint& c) {
 /// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
 /// take half the time.
 bool is_idle(const ContactConstraint& c) { return c.carrying == 0 && !c.is_met; }
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 constexpr int kLine = 8;  // numbers
 

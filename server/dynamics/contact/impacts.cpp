@@ -14,6 +14,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/index.h"
 #include "server/dynamics/contact/single_contacts.h"
 #include "server/dynamics/contact/turning_contact.h"
 
@@ -33,8 +34,6 @@ constexpr double kBounceSpeed = 1e-3;
 constexpr double kRestSteps = 2;
 /// Impacts of a body in a tick; more are left to the soft contacts, which return nothing.
 constexpr int kHitsMax = 32;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -20,6 +20,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/collision/index.h"
+
 namespace cradle {
 namespace {
 
@@ -35,8 +37,6 @@ struct SettlingTolerances {
   double peak = 2;
 };
 constexpr SettlingTolerances kTolerances;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 double kinetic_energy(const BodyArrays& bodies, std::size_t i) {
   const Vector w_P = bodies.q[i].conjugate() * bodies.w[i];

@@ -22,6 +22,7 @@
 #include <numeric>
 #include <utility>
 
+#include "server/collision/index.h"
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
 #include "server/dynamics/contact/softness.h"
@@ -64,8 +65,6 @@ constexpr double kSinkTicks = 1;
 
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
 constexpr int kChunk = 64;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 class SoftStep final : public SoftSolver {
  public:

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/index.h"
 #include "server/dynamics/rotation.h"
 
 namespace cradle {
@@ -27,8 +28,6 @@ namespace {
 constexpr int kImpactsMax = 64;
 /// Motion along an obstacle: what rounding leaves across it, of speed and of gravity.
 constexpr double kLevel = 1e-9;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -21,6 +21,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/index.h"
 #include "server/collision/machine_lanes.h"
 
 namespace cradle {
@@ -30,8 +31,6 @@ constexpr std::size_t kBalls = 1024;        // worth a thread, at some nanosecon
 constexpr std::size_t kSharedPerBall = 16;  // places in a ball's cell, on average, at most
 constexpr double kCellsPerBall = 4;         // at most: beyond, cells are wider
 constexpr double kRounding = 0x1p-17;       // 128 e
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 const BallKernels& kernels_of(int lanes) {
 #ifdef CRADLE_WIDE_X86

@@ -19,12 +19,12 @@
 #include <algorithm>
 #include <cassert>
 
+#include "server/collision/index.h"
+
 namespace cradle {
 namespace {
 
 using Block = BlockCholesky::Block;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -17,6 +17,7 @@
 
 #include <cmath>
 
+#include "server/collision/index.h"
 #include "server/dynamics/contact/friction_cone.h"
 #include "server/dynamics/gyroscopic.h"
 
@@ -29,8 +30,6 @@ using Block = BlockCholesky::Block;
 /// grow by one layer of a stack an iteration ("stack of twenty").
 constexpr double kNear_m = 1e-3;
 constexpr double kSlow_mps = 0.01;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 Vector wanted(const ContactIsland::Point& point, const Vector& u) {
   Vector y = point.held - u / point.R;

@@ -30,6 +30,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
 #include "server/dynamics/contact/softness.h"
 
 namespace cradle {
@@ -57,8 +58,6 @@ constexpr HandOverTolerances kTolerances;
 
 /// Iterations: at rest none, or one; more than these, and the soft step is as fast.
 constexpr int kKeeping = 5, kTakingOver = 20;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 bool has_rest(const ContactConstraint& c) {
   return c.has_rested && !std::ranges::all_of(c.rests, &PointRest::is_none);

@@ -4,15 +4,10 @@
 
 #include <algorithm>
 
+#include "server/collision/index.h"
 #include "server/dynamics/contact/single_contacts.h"
 
 namespace cradle {
-namespace {
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 IslandStep::IslandStep(const IslandSettings& settings)
     : settings_(settings), solver_(settings), soft_(make_soft_solver()) {}
 

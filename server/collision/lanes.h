@@ -13,14 +13,20 @@
 #include <cstdint>
 #include <utility>
 
-/// All of a kernel is one function: vectors stay in registers.
+// CRADLE_LANES, CRADLE_LAMBDA: all of a kernel is one function, so that vectors stay in registers.
+// CRADLE_UNROLLED: before a loop with few turns, so that what it writes to arrays stays there, too.
+#ifdef CRADLE_SANITIZED  // one such function with checks is ten minutes' work for clang 14
+#define CRADLE_LANES inline
+#define CRADLE_LAMBDA
+#define CRADLE_UNROLLED
+#else
 #define CRADLE_LANES [[gnu::always_inline]] inline
 #define CRADLE_LAMBDA __attribute__((always_inline))
-/// Before a loop with few turns: what it writes to arrays of vectors stays in registers, too.
 #ifdef __clang__
 #define CRADLE_UNROLLED _Pragma("unroll")
 #else
 #define CRADLE_UNROLLED _Pragma("GCC unroll 8")
+#endif
 #endif
 
 namespace cradle {

@@ -40,8 +40,15 @@ Solid ball_hull() {
   }
   return Solid(make_hull(points).geometry);
 }
-const Solid kBall = ball_hull();
-const Solid kBallMesh = mesh_solid(kBall.hull());
+/// Made when first asked for: every process would wait for it, seconds under a sanitizer.
+const Solid& ball() {
+  static const Solid made = ball_hull();
+  return made;
+}
+const Solid& ball_mesh() {
+  static const Solid made = mesh_solid(ball().hull());
+  return made;
+}
 
 /// All that a body has with a surface, as one depth and one normal: those of the deepest point.
 struct Deepest {
@@ -120,7 +127,7 @@ std::vector<Known> flush_boxes(const Solid& body) {
 
 TEST_CASE("FCL gives a ball on a mesh up to three times, or less than nothing, of its depth") {
   // Each triangle by itself: the foot on a triangle beside the ball counts as if it were below it.
-  const std::vector<Known> on_ball = balls_on(kBallMesh, kBall.hull());
+  const std::vector<Known> on_ball = balls_on(ball_mesh(), ball().hull());
   const std::vector<Known> on_box = balls_on(kBoxMesh, kHullBox.hull());
   check(on_ball, 1);
   check(on_box, 1);
@@ -178,12 +185,12 @@ TEST_CASE("FCL gives a mesh deep in a half-space any of its triangles, not the d
   Random random(94);
   std::vector<Known> known;
   for (int k = 0; k < kPoses; ++k) {
-    Pair pair{kBallMesh,
+    Pair pair{ball_mesh(),
               Shape::half_space(),
               {random.vector(3), random.rotation()},
               {random.vector(3), random.rotation()}};
     const Vector n = -pair.X_WB.R.col(2);
-    pair.X_WB.x = pair.X_WA.x + n * (support(kBall, {Vector::Zero(), pair.X_WA.R}, n) - kDeep);
+    pair.X_WB.x = pair.X_WA.x + n * (support(ball(), {Vector::Zero(), pair.X_WA.R}, n) - kDeep);
     known.push_back({pair, kDeep, n});
   }
   check(known, 1);
@@ -217,7 +224,7 @@ TEST_CASE("FCL finds nothing of a body that is inside of a mesh, and says it is 
 }
 
 TEST_CASE("FCL exchanges a shape and a mesh") {
-  std::vector<Known> known = balls_on(kBallMesh, kBall.hull());
+  std::vector<Known> known = balls_on(ball_mesh(), ball().hull());
   for (Known& k : known) {
     k.pair = k.pair.swapped();
     k.n = -k.n;
@@ -229,7 +236,7 @@ TEST_CASE("FCL exchanges a shape and a mesh") {
 
 TEST_CASE("FCL's distance of a ball in a mesh is no depth") {
   // 0 but for noise, or -1 of a box, with and without its signed distance.
-  const std::vector<Known> balls = balls_on(kBallMesh, kBall.hull());
+  const std::vector<Known> balls = balls_on(ball_mesh(), ball().hull());
   const std::vector<Known> boxes = flush_boxes(kBody);
   for (const FclQuestion question : {FclQuestion::distance, FclQuestion::signed_distance}) {
     const Theirs ball = ask_fcl_known(balls, question), box = ask_fcl_known(boxes, question);

@@ -2,6 +2,7 @@
 // plates, needles, a grain on a floor of 20 km; and poses that are no numbers.
 #include "tests/unit/collision_pairs.h"
 #include "tests/unit/overlap_by_search.h"
+#include "tests/unit/trials.h"
 
 using namespace cradle;
 
@@ -68,14 +69,16 @@ TEST_CASE("hard poses give sound manifolds") {
                                        {0.5, 0, 0.999},   {0, 0, 0.5005},  {0.25, 0.25, 1.0001},
                                        {0, 1, 1 + 1e-15}, {1, 0, 1 - 1e-9}};
   const std::vector<Vector> places = {{0, 0, 0}, {1e5, -1e5, 1e5}};
-  int contacts = 0;
-  std::size_t pose = 0;
+  // Of so many poses one: a number prime to those of turns, offsets and places.
+  const std::size_t stride = trials(10) == 10 ? 1 : 9;
+  std::size_t contacts = 0, pose = 0;
   for (const Solid& A : shapes) {
     for (const Solid& B : shapes) {
       for (const Matrix& turn : turns) {
         for (const Vector& offset : offsets) {
           for (const Vector& place : places) {
-            const Matrix& both = turns[pose++ % turns.size()];
+            const Matrix& both = turns[pose % turns.size()];
+            if (pose++ % stride != 0) continue;
             const Pair pair{A, B, {place, both}, {place + both * offset, both * turn}};
             CAPTURE(word_of(A.shape.kind), word_of(B.shape.kind), A.shape.parameters,
                     B.shape.parameters, turn, offset, place, both);
@@ -88,7 +91,7 @@ TEST_CASE("hard poses give sound manifolds") {
       }
     }
   }
-  CHECK(contacts > 10000);
+  CHECK(contacts > 10000 / stride);
 }
 
 TEST_CASE("poses that are not finite give no contact") {

@@ -15,7 +15,7 @@
 
 // CRADLE_LANES, CRADLE_LAMBDA: all of a kernel is one function, so that vectors stay in registers.
 // CRADLE_UNROLLED: before a loop with few turns, so that what it writes to arrays stays there, too.
-#ifdef CRADLE_SANITIZED  // one such function with checks is ten minutes' work for clang 14
+#ifdef CRADLE_SANITIZED  // one such function with checks took clang 14 more than five minutes
 #define CRADLE_LANES inline
 #define CRADLE_LAMBDA
 #define CRADLE_UNROLLED

@@ -15,6 +15,7 @@
 
 #include "server/collision/box_lanes.h"
 #include "server/collision/broad_phase.h"
+#include "server/collision/fetch.h"
 
 namespace cradle {
 
@@ -98,6 +99,7 @@ class BoxTree {
           visit(slots_[child]);
         } else {
           stack[top++] = {at.level - 1, child};
+          fetch(&node(at.level - 1, child), sizeof(BoxLanes));
         }
       }
     }

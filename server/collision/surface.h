@@ -5,6 +5,7 @@
 
 #include "server/collision/box_tree.h"
 #include "server/collision/collider.h"
+#include "server/collision/fetch.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
@@ -45,6 +46,12 @@ class SurfaceView {
 
   SurfaceTriangle triangle(std::int32_t t) const {
     return mesh_ != nullptr ? triangle_of_mesh(t) : triangle_of_field(t);
+  }
+  /// Fetches what `triangle` reads.
+  void expect(std::int32_t t) const {
+    if (mesh_ == nullptr) return;
+    fetch(&mesh_->normals[static_cast<std::size_t>(t)]);
+    fetch(&mesh_->triangles[static_cast<std::size_t>(t)]);
   }
   EdgeKind edge_kind(const SurfaceTriangle& t, std::size_t k) const;
   /// The number of the triangle across the edge from corner k to the next; negative: none.

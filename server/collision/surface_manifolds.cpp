@@ -46,6 +46,7 @@ struct Candidate {
 /// Room that is used again.
 struct Room {
   SurfaceFindings findings;
+  std::vector<std::int32_t> near;    ///< triangles
   std::vector<std::uint32_t> order;  ///< of contacts, the deepest first
   std::vector<std::uint32_t> members;
   std::vector<Candidate> candidates;
@@ -244,6 +245,7 @@ void push_out(const SurfaceView& surface, SurfaceContactFinder& finder, double r
 Room& room_of_thread() {
   thread_local Room room;
   room.findings.clear();
+  room.near.clear();
   return room;
 }
 
@@ -274,8 +276,11 @@ void add_surface_manifolds(const Collider& collider, const Collider& convex, dou
   Room& room = room_of_thread();
   SurfaceContactFinder finder(surface, convex, X_SC, margin, room.findings);
   const Aabb box = bounds(Collider{convex.shape, X_SC, convex.geometry});
-  surface.for_each_in(swept(box, Vector::Zero(), margin),
-                      [&](std::int32_t t) { finder.add(surface.triangle(t)); });
+  surface.for_each_in(swept(box, Vector::Zero(), margin), [&](std::int32_t t) {
+    room.near.push_back(t);
+    surface.expect(t);
+  });
+  for (const std::int32_t t : room.near) finder.add(surface.triangle(t));
   finder.settle();
   if (finder.came_from_behind() || room.findings.contacts.empty()) {
     push_out(surface, finder, (box.upper - box.lower).maxCoeff(), room.findings.contacts);

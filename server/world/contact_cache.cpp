@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
+
+#include "server/collision/fetch.h"
 
 namespace cradle {
 
@@ -13,12 +16,6 @@ constexpr double kInPlane = 0.05;
 /// Of the force: what points may be asked to pull before they are said not to carry the same.
 constexpr double kMayPull = 0.05;
 
-/// Constraints that one thread stores at a time.
-constexpr std::size_t kChunk = 256;
-
-/// Entries of a constraint, at most.
-constexpr std::size_t kEntries = kManifoldPoints + 1;
-
 /// Whether its points remember nothing but that they are not new.
 bool is_idle(const ContactConstraint& c) {
   return std::ranges::all_of(c.used(), [&c](const ConstraintPoint& p) {
@@ -26,34 +23,24 @@ bool is_idle(const ContactConstraint& c) {
   });
 }
 
-/// Returns where the next entry goes.
-CachedForce* write(const ContactConstraint& c, std::span<const std::int64_t> ids,
-                   CachedForce* next) {
-  const std::int64_t a = ids[static_cast<std::size_t>(c.a)], b = ids[static_cast<std::size_t>(c.b)];
+/// Calls `add(force)` for all that it remembers.
+template <class F>
+void tell(const ContactConstraint& c, const PairName& pair, const F& add) {
+  const auto [a, b] = pair;
   const Vector t2 = c.t2();
   if (is_idle(c)) {
-    *next++ = {a, b, c.part, kIdleFeature, 0, 0, c.K_normals[0]};
+    add({a, b, c.part, kIdleFeature, 0, 0, c.K_normals[0]});
   } else {
     for (std::size_t i = 0; i < c.used().size(); ++i) {
       const ConstraintPoint& p = c.points[i];
       const PointRest rest = c.has_rested ? c.rests[i] : PointRest{};
-      *next++ = {a,
-                 b,
-                 c.part,
-                 c.features[i],
-                 p.force,
-                 p.press,
-                 c.K_normals[i],
-                 rest.m,
-                 rest.load,
-                 p.force_t.x() * c.t1 + p.force_t.y() * t2,
-                 p.rA};
+      add({a, b, c.part, c.features[i], p.force, p.press, c.K_normals[i], rest.m, rest.load,
+           p.force_t.x() * c.t1 + p.force_t.y() * t2, p.rA});
     }
   }
   if (c.turns_heavily()) {
-    *next++ = {a, b, c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()};
+    add({a, b, c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()});
   }
-  return next;
 }
 
 /// Of its points, the one with this feature; their number if there is none.
@@ -64,56 +51,39 @@ std::size_t find(const ContactConstraint& c, std::uint64_t feature) {
 
 }  // namespace
 
-ContactCache::Reader::Reader(const ContactCache& cache, std::span<const std::int64_t> ids,
-                             std::int32_t a, std::int32_t b)
-    : ids_(ids), entry_(cache.runs_) {
-  const auto name = [](const CachedForce& e) { return std::pair(e.a, e.b); };
-  const auto pair = std::pair(ids[static_cast<std::size_t>(a)], ids[static_cast<std::size_t>(b)]);
-  const auto run = std::ranges::lower_bound(cache.runs_, pair, {},
-                                            [&](const Run& r) { return name(*(r.end - 1)); });
-  entry_ = Cursor(std::span(run, cache.runs_.end()));
-  if (entry_.is_end()) return;
-  entry_.go_to(std::ranges::lower_bound(run->begin, run->end, pair, {}, name));
-}
-
-void ContactCache::Reader::restore(ContactConstraint& c) {
-  const auto pair =
-      std::pair(ids_[static_cast<std::size_t>(c.a)], ids_[static_cast<std::size_t>(c.b)]);
-  while (!entry_.is_end() && std::pair(entry_->a, entry_->b) < pair) ++entry_;
+void ContactMemory::restore(ContactConstraint& c) const {
   int gone = 0, found = 0;
   const Vector t2 = c.t2();
-  for (Cursor e = entry_; !e.is_end() && std::pair(e->a, e->b) == pair; ++e) {
-    if (e->part != c.part) continue;
+  for (const CachedForce& e : forces()) {
     c.is_known = true;
-    if (e->feature == kTurningFeature) {
-      if (c.turns_heavily()) c.torque = e->friction;
+    if (e.feature == kTurningFeature) {
+      if (c.turns_heavily()) c.torque = e.friction;
       continue;
     }
-    if (e->feature == kIdleFeature) {
-      c.K_normals.fill(e->K_normal);
+    if (e.feature == kIdleFeature) {
+      c.K_normals.fill(e.K_normal);
       continue;
     }
-    const std::size_t i = find(c, e->feature);
+    const std::size_t i = find(c, e.feature);
     if (i == c.used().size()) {
-      gone += e->force > 0 ? 1 : 0;
+      gone += e.force > 0 ? 1 : 0;
       continue;
     }
     ++found;
     ConstraintPoint& p = c.points[i];
-    p.force = e->force;
-    p.press = e->press;
-    p.force_t = {c.t1.dot(e->friction), t2.dot(e->friction)};
-    c.K_normals[i] = e->K_normal;
-    if (e->rest_m != 0 || e->rest_load != 0) c.set_rest(p, {e->rest_m, e->rest_load});
+    p.force = e.force;
+    p.press = e.press;
+    p.force_t = {c.t1.dot(e.friction), t2.dot(e.friction)};
+    c.K_normals[i] = e.K_normal;
+    if (e.rest_m != 0 || e.rest_load != 0) c.set_rest(p, {e.rest_m, e.rest_load});
   }
-  if (gone > 0 && found < c.count) hand_on(c, entry_);
+  if (gone > 0 && found < c.count) hand_on(c);
 }
 
 /// The least forces l_i >= 0 of the new points with  sum l_i (1, u_i, v_i) = sum of what is gone,
 /// u and v in the plane of contact:  l_i = (1, u_i, v_i) . y,  sum (1, u, v)(1, u, v)^T y = that
 /// sum.
-void ContactCache::Reader::hand_on(ContactConstraint& c, Cursor of_pair) {
-  const auto pair = std::pair(of_pair->a, of_pair->b);
+void ContactMemory::hand_on(ContactConstraint& c) const {
   std::array<ConstraintPoint*, kManifoldPoints> fresh{};
   std::size_t count = 0;
   for (ConstraintPoint& p : c.used()) fresh[count++] = &p;
@@ -123,18 +93,18 @@ void ContactCache::Reader::hand_on(ContactConstraint& c, Cursor of_pair) {
     return Vector(1, c.t1.dot(arm - origin), t2.dot(arm - origin));
   };
   double press = 0;
-  for (Cursor e = of_pair; !e.is_end() && std::pair(e->a, e->b) == pair; ++e) {
-    if (e->part != c.part || e->feature == kTurningFeature) continue;
-    const std::size_t i = find(c, e->feature);
+  for (const CachedForce& e : forces()) {
+    if (e.feature == kTurningFeature) continue;
+    const std::size_t i = find(c, e.feature);
     if (i < c.used().size()) {
       const auto last = std::remove(fresh.begin(), fresh.begin() + count, &c.points[i]);
       count = static_cast<std::size_t>(last - fresh.begin());
       continue;
     }
-    if (std::abs(c.n.dot(e->arm - origin)) > kInPlane * origin.norm()) return;
-    gone += e->force * in_plane(e->arm);
-    friction += e->friction;
-    press = std::max(press, e->press);
+    if (std::abs(c.n.dot(e.arm - origin)) > kInPlane * origin.norm()) return;
+    gone += e.force * in_plane(e.arm);
+    friction += e.friction;
+    press = std::max(press, e.press);
   }
   const std::span<ConstraintPoint*> points(fresh.data(), count);
   Matrix G = Matrix::Zero();
@@ -156,40 +126,83 @@ void ContactCache::Reader::hand_on(ContactConstraint& c, Cursor of_pair) {
   }
 }
 
-void ContactCache::store(Executor& executor, std::span<const std::int64_t> ids,
-                         std::span<const ContactConstraint> constraints) {
-  const std::size_t needed = kEntries * constraints.size();
-  if (room_.size() < needed) room_.resize(needed + needed / 4);
-  runs_.resize(chunks_of(constraints.size(), kChunk));
-  for_chunks(executor, constraints.size(), kChunk,
-             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-               Run& run = runs_[chunk];
-               run.begin = run.end = room_.data() + kEntries * begin;
-               for (std::size_t k = begin; k < end; ++k) {
-                 run.end = write(constraints[k], ids, run.end);
-               }
-             });
-  std::erase_if(runs_, [](const Run& run) { return run.begin == run.end; });
+void ContactCache::begin() {
+  std::swap(places_, last_places_);
+  places_.resize(names_.size());
+  from_.resize(names_.size());
+  were_entries_ = std::exchange(are_entries_, false);
+  is_gone_.assign(last_.size(), 1);
 }
 
-void ContactCache::keep_first(std::size_t count) {
-  runs_.clear();
-  if (count > 0) runs_.push_back({room_.data(), room_.data() + count});
+/// Which of these contacts were there. Their part of last tick begins at one of a pair alone.
+void ContactCache::find(std::size_t begin, std::size_t end) {
+  if (were_entries_) return std::fill(from_.begin() + begin, from_.begin() + end, -1);
+  const auto pair_of = [](const ContactName& name) { return name.pair; };
+  std::size_t old = static_cast<std::size_t>(
+      std::ranges::lower_bound(last_, names_[begin].pair, {}, pair_of) - last_.begin());
+  for (std::size_t k = begin; k < end; ++k) {
+    const ContactName& name = names_[k];
+    while (old < last_.size() && last_[old].pair < name.pair) ++old;
+    from_[k] = -1;
+    for (std::size_t m = old; m < last_.size() && last_[m].pair == name.pair; ++m) {
+      if (last_[m].part != name.part) continue;
+      from_[k] = static_cast<std::int32_t>(m);
+      is_gone_[m] = 0;
+      break;
+    }
+  }
+}
+
+/// Places for all.
+void ContactCache::settle() {
+  for (std::size_t m = last_.size(); m-- > 0;) {
+    if (is_gone_[m] != 0) free_.push_back(last_places_[m]);
+  }
+  for (std::size_t k = 0; k < names_.size(); ++k) {
+    if (from_[k] >= 0) {
+      places_[k] = last_places_[static_cast<std::size_t>(from_[k])];
+      continue;
+    }
+    if (free_.empty()) {
+      const std::size_t room = room_.size(), more = 16 + room / 4;
+      room_.resize(room + more);
+      for (std::size_t i = 0; i < more; ++i) {
+        free_.push_back(static_cast<std::int32_t>(room + more - 1 - i));
+      }
+    }
+    places_[k] = free_.back();
+    free_.pop_back();
+  }
+}
+
+void ContactCache::recall(std::size_t k, ContactMemory& memory) const {
+  memory.clear();
+  const auto add = [&](const CachedForce& force) { memory.add(force); };
+  if (from_[k] >= 0) tell(room_[static_cast<std::size_t>(places_[k])], names_[k].pair, add);
+  if (!were_entries_) return;
+  const auto pair_of = [](const CachedForce& e) { return PairName{e.a, e.b}; };
+  for (const CachedForce& e : std::ranges::equal_range(entries_, names_[k].pair, {}, pair_of)) {
+    if (e.part == names_[k].part) add(e);
+  }
+}
+
+void ContactCache::expect(std::size_t k) const {
+  fetch(&room_[static_cast<std::size_t>(places_[k])], offsetof(ContactConstraint, rests));
 }
 
 std::span<CachedForce> ContactCache::entries() {
-  CachedForce* end = room_.data();
-  for (const Run& run : runs_) {
-    end = run.begin == end ? run.end : std::copy(run.begin, run.end, end);
+  if (are_entries_) return entries_;
+  entries_.clear();
+  for (std::size_t k = 0; k < names_.size(); ++k) {
+    tell((*this)[k], names_[k].pair, [this](const CachedForce& e) { entries_.push_back(e); });
   }
-  keep_first(static_cast<std::size_t>(end - room_.data()));
-  return {room_.data(), end};
+  are_entries_ = true;
+  return entries_;
 }
 
 void ContactCache::set(std::span<const CachedForce> entries) {
-  if (room_.size() < entries.size()) room_.resize(entries.size());
-  std::ranges::copy(entries, room_.begin());
-  keep_first(entries.size());
+  are_entries_ = true;
+  entries_.assign(entries.begin(), entries.end());
 }
 
 void ContactCache::forget(std::span<const std::int64_t> ids) {

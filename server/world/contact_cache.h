@@ -2,12 +2,17 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "server/collision/executor.h"
+#include "server/collision/large_array.h"
 #include "server/dynamics/contact/contact_constraint.h"
+#include "server/world/pair_name.h"
 
 namespace cradle {
 
@@ -32,80 +37,89 @@ struct CachedForce {
 inline constexpr std::uint64_t kTurningFeature = ~std::uint64_t{0},
                                kIdleFeature = kTurningFeature - 1;
 
-/// Sorted by (a, b).
-class ContactCache {
-  /// Entries that one thread wrote: they lie apart.
-  struct Run {
-    CachedForce *begin, *end;
-  };
-  /// Goes through runs as if they were one.
-  class Cursor {
-   public:
-    explicit Cursor(std::span<const Run> runs) : runs_(runs) {
-      if (!is_end()) enter();
-    }
-    bool is_end() const { return runs_.empty(); }
-    const CachedForce& operator*() const { return *at_; }
-    const CachedForce* operator->() const { return at_; }
-    void operator++() {
-      if (++at_ == runs_.front().end) next();
-    }
-    void go_to(const CachedForce* at) { at_ = at; }
-
-   private:
-    void next() {
-      runs_ = runs_.subspan(1);
-      if (!is_end()) enter();
-    }
-    void enter() { at_ = runs_.front().begin; }
-
-    std::span<const Run> runs_;  // from that of `at_` on
-    const CachedForce* at_ = nullptr;
-  };
-
+/// What contacts remembered when their constraint was made.
+class ContactMemory {
  public:
-  /// Gives constraints, asked for in the order of (a, b), what their points carried last tick.
-  class Reader {
-   public:
-    Reader(const ContactCache& cache, std::span<const std::int64_t> ids)
-        : ids_(ids), entry_(cache.runs_) {}
-    /// From the pair of slots (a, b) on.
-    Reader(const ContactCache& cache, std::span<const std::int64_t> ids, std::int32_t a,
-           std::int32_t b);
-    /// Which four of eight points stand for a face may change from tick to tick: what points
-    /// carried that have gone, those that are new carry on, all together with the same force and
-    /// torque.
-    void restore(ContactConstraint& c);
+  /// Gives `c` what its points carried last tick. Which four of eight points stand for a face may
+  /// change from tick to tick: what points carried that have gone, those that are new carry on, all
+  /// together with the same force and torque.
+  void restore(ContactConstraint& c) const;
 
-   private:
-    void hand_on(ContactConstraint& c, Cursor of_pair);
+  void clear() { count_ = 0; }
+  void add(const CachedForce& force) {
+    assert(count_ < forces_.size());
+    forces_[count_++] = force;
+  }
+  std::span<const CachedForce> forces() const { return {forces_.data(), count_}; }
 
-    std::span<const std::int64_t> ids_;
-    Cursor entry_;
-  };
+ private:
+  void hand_on(ContactConstraint& c) const;
 
-  /// Keeps what they carry now, and nothing else.
-  void store(Executor& executor, std::span<const std::int64_t> ids,
-             std::span<const ContactConstraint> constraints);
+  std::array<CachedForce, kManifoldPoints + 1> forces_;
+  std::size_t count_ = 0;
+};
+
+/// A contact by its bodies, and which of their parts meet.
+struct ContactName {
+  PairName pair;
+  std::uint64_t part = 0;
+};
+
+/// The constraints of contacts. They stay at their place while their contact lasts, and are what it
+/// remembers; where in memory that is changes nothing else.
+class ContactCache {
+ public:
+  /// Takes over the contacts of this tick, `name(k)` by the order of pairs.
+  template <class Name>
+  void follow(Executor& executor, std::size_t count, const Name& name) {
+    std::swap(names_, last_);
+    names_.resize(count);
+    begin();
+    for_chunks(executor, count, kChunk, [&](std::size_t, std::size_t first, std::size_t end) {
+      for (std::size_t k = first; k < end; ++k) names_[k] = name(k);
+      find(first, end);
+    });
+    settle();
+  }
+
+  /// Until it is set, of last tick.
+  ContactConstraint& operator[](std::size_t k) {
+    return room_[static_cast<std::size_t>(places_[k])];
+  }
+  /// What the k-th carried last tick, before it is set.
+  void recall(std::size_t k, ContactMemory& memory) const;
+  /// Fetches it.
+  void expect(std::size_t k) const;
 
   /// Forgets the contacts of these bodies (ids ascending).
   void forget(std::span<const std::int64_t> ids);
   template <class F>
   void forget_if(F&& f) {
-    const std::span<CachedForce> all = entries();
-    keep_first(static_cast<std::size_t>(std::remove_if(all.begin(), all.end(), f) - all.begin()));
+    entries();
+    std::erase_if(entries_, f);
   }
 
-  /// All, side by side.
+  /// All, sorted by (a, b). What was read from the constraints before is read from these then.
   std::span<CachedForce> entries();
   /// Others instead, from elsewhere.
   void set(std::span<const CachedForce> entries);
 
  private:
-  void keep_first(std::size_t count);
+  static constexpr std::size_t kChunk = 512;  // contacts that one thread takes at a time
 
-  std::vector<CachedForce> room_;  // for the entries of all constraints, and more
-  std::vector<Run> runs_;          // of it, in use; none empty
+  void begin();
+  void find(std::size_t begin, std::size_t end);
+  void settle();
+
+  LargeArray<ContactConstraint> room_;
+  std::vector<std::int32_t> free_;  // places in it, the next to be taken last
+  std::vector<ContactName> names_, last_;
+  std::vector<std::int32_t> places_, last_places_;  // of these
+  std::vector<std::int32_t> from_;                  // of `names_` in `last_`; -1: it is new
+  std::vector<std::uint8_t> is_gone_;               // of `last_`
+  std::vector<CachedForce> entries_;
+  bool are_entries_ = false;   // what contacts carry now is in `entries_`
+  bool were_entries_ = false;  // likewise, last tick
 };
 
 }  // namespace cradle

@@ -3,18 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/collision/fetch.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
 namespace {
-
-/// Of these bytes every line of memory, nearly.
-void fetch_ahead(const void* begin, std::size_t size) {
-  constexpr std::size_t kLine = 64;
-  for (std::size_t at = 0; at < size; at += kLine) {
-    __builtin_prefetch(static_cast<const char*>(begin) + at);
-  }
-}
 
 constexpr std::size_t kChunk = 512;  // pairs that one thread takes at a time
 
@@ -37,8 +30,7 @@ void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
   };
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     if (from_[k] >= 0) continue;
-    release_until(
-        [&] { return is_gone_[old] != 0 && !is_before(last_.names[old], now_.names[k]); });
+    release_until([&] { return is_gone_[old] != 0 && last_.names[old] >= now_.names[k]; });
     KeptPair& fresh = now_.pairs[k] = {};
     const auto a = static_cast<std::size_t>(pairs[k].a), b = static_cast<std::size_t>(pairs[k].b);
     if (!is_worth_keeping(shapes[a].kind, shapes[b].kind)) continue;
@@ -61,10 +53,10 @@ void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const st
   for (std::size_t k = begin; k < end; ++k) {
     const PairName name{ids[static_cast<std::size_t>(pairs[k].a)],
                         ids[static_cast<std::size_t>(pairs[k].b)]};
-    if (k == begin) old = std::lower_bound(last.cbegin(), last.cend(), name, is_before);
-    while (old != last.cend() && is_before(*old, name)) ++old;
+    if (k == begin) old = std::lower_bound(last.cbegin(), last.cend(), name);
+    while (old != last.cend() && *old < name) ++old;
     now_.names[k] = name;
-    const bool is_fresh = old == last.cend() || is_before(name, *old);
+    const bool is_fresh = old == last.cend() || name < *old;
     from_[k] = is_fresh ? -1 : static_cast<std::int32_t>(old - last.cbegin());
     if (!is_fresh) is_gone_[static_cast<std::size_t>(old++ - last.cbegin())] = 0;
   }
@@ -117,7 +109,7 @@ void PairMemory::expect(std::size_t k, bool begins_at_axis) const {
   const bool may_hold = pair.count > 0 && pair.bears_m > 0;
   if (!may_hold && !begins_at_axis) return;
   const auto& manifold = manifolds_[static_cast<std::size_t>(pair.place)];
-  fetch_ahead(&manifold, may_hold ? sizeof(manifold) : sizeof(manifold.n_A));
+  fetch(&manifold, may_hold ? sizeof(manifold) : sizeof(manifold.n_A));
 }
 
 void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,

@@ -11,13 +11,10 @@
 
 #include "server/collision/broad_phase.h"
 #include "server/collision/kept_manifold.h"
+#include "server/collision/large_array.h"
+#include "server/world/pair_name.h"
 
 namespace cradle {
-
-/// A pair by the ids of its bodies, a < b.
-struct PairName {
-  std::int64_t a = 0, b = 0;
-};
 
 /// What a pair keeps: a line of memory. Plain numbers without padding.
 struct alignas(64) KeptPair {
@@ -49,7 +46,7 @@ struct alignas(64) KeptPair {
 /// Sorted by names.
 struct KeptPairs {
   std::vector<PairName> names;
-  std::vector<KeptPair> pairs;
+  LargeArray<KeptPair> pairs;
 
   std::size_t size() const { return names.size(); }
   void resize(std::size_t size) {
@@ -132,9 +129,6 @@ class PairMemory {
                    std::size_t begin, std::size_t end);
   KeptPair& taken_over(std::size_t k);
   void release(const KeptPair& pair);
-  static bool is_before(const PairName& p, const PairName& q) {
-    return p.a != q.a ? p.a < q.a : p.b < q.b;
-  }
   /// Those for which `goes(name)`.
   template <class Goes>
   void move(KeptPairs& from, KeptPairs& to, const Goes& goes);
@@ -143,7 +137,7 @@ class PairMemory {
   KeptPairs moved_;                    ///< for move()
   std::vector<std::int32_t> from_;     ///< by pair: where in last_ is what it keeps; -1: it is here
   std::vector<std::uint8_t> is_gone_;  ///< by place in last_, for follow()
-  std::vector<KeptManifold> manifolds_;
+  LargeArray<KeptManifold> manifolds_;
   std::vector<std::int32_t> free_;  ///< places, the next to be taken last
 };
 
@@ -162,12 +156,11 @@ void PairMemory::move(KeptPairs& from, KeptPairs& to, const Goes& goes) {
   std::size_t old = to.size(), end = old + going;
   to.resize(end);
   while (going > 0) {  // from the last to the first
-    const bool is_old = old > 0 && is_before(moved_.names[going - 1], to.names[old - 1]);
+    const bool is_old = old > 0 && moved_.names[going - 1] < to.names[old - 1];
     to.set(--end, is_old ? to : moved_, is_old ? --old : --going);
   }
 }
 
-static_assert(sizeof(PairName) == 2 * 8);
 static_assert(sizeof(KeptPair) == 6 * 8 + 3 * 4 + 2 * 2);
 static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
 

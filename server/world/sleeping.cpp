@@ -166,14 +166,14 @@ class Rest {
       number_[index(s_.moving[k])] = static_cast<std::int32_t>(k);
     }
     carrying_.clear();
-    for (const ContactConstraint& c : s_.constraints) {
-      if (carries(c)) carrying_.push_back({number_[index(c.a)], number_[index(c.b)]});
+    for (const ContactConstraint* c : s_.constraints) {
+      if (carries(*c)) carrying_.push_back({number_[index(c->a)], number_[index(c->b)]});
     }
     islands_.find(carrying_, s_.moving.size());
     names_.assign(islands_.count(), 0);
     is_bound_.assign(s_.moving.size(), 0);
-    for (const ContactConstraint& c : s_.constraints) {
-      if (carries(c)) bind(c.a, c.b);
+    for (const ContactConstraint* c : s_.constraints) {
+      if (carries(*c)) bind(c->a, c->b);
     }
     for (std::size_t k = 0; k < s_.moving.size(); ++k) {
       const std::size_t i = index(s_.moving[k]);

@@ -10,6 +10,7 @@
 #include "server/collision/bounds.h"
 #include "server/collision/broad_phase.h"
 #include "server/collision/collider.h"
+#include "server/collision/large_array.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
@@ -131,7 +132,7 @@ struct World::State {
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
   BroadPhaseReport culling;
-  std::vector<Manifold> manifolds;        ///< one a pair; of convex shapes that touch
+  LargeArray<Manifold> manifolds;         ///< one a pair; of convex shapes that touch
   std::vector<CompositePair> composites;  ///< the other pairs, in their order
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
   std::vector<std::uint8_t> is_touching;  ///< by pair: `manifolds` has one of this tick
@@ -139,17 +140,16 @@ struct World::State {
   FastBodies fast;
   ImpactStops stops;
   Ballistic balls;
-  std::vector<double> axial_shares;                     ///< by slot, see BodyArrays
-  std::vector<ContactConstraint> room_for_constraints;  ///< never less than was needed once
-  std::span<ContactConstraint> constraints;             ///< of `touching`, in their order
-  Overlaps overlaps;                                    ///< of them
-  std::vector<Overlaps> overlaps_of_parts;              ///< likewise: of so many at a time
-  std::vector<Matrix> inverse_inertia_W;                ///< by slot, of bodies in contact
-  std::vector<std::int32_t> moving, driven;             ///< slots of bodies in contact
-  std::vector<std::int32_t> stirred;  ///< slots of those whose loads have just changed
-  std::vector<std::int32_t> shaken;   ///< of these, by much
-  std::vector<BodyLoad> pushed;       ///< room for `past_loads`
-  std::vector<Vector> x_start;        ///< of `moving`, in their order
+  std::vector<double> axial_shares;             ///< by slot, see BodyArrays
+  std::vector<ContactConstraint*> constraints;  ///< of `touching`, in their order
+  Overlaps overlaps;                            ///< of them
+  std::vector<Overlaps> overlaps_of_parts;      ///< likewise: of so many at a time
+  std::vector<Matrix> inverse_inertia_W;        ///< by slot, of bodies in contact
+  std::vector<std::int32_t> moving, driven;     ///< slots of bodies in contact
+  std::vector<std::int32_t> stirred;            ///< slots of those whose loads have just changed
+  std::vector<std::int32_t> shaken;             ///< of these, by much
+  std::vector<BodyLoad> pushed;                 ///< room for `past_loads`
+  std::vector<Vector> x_start;                  ///< of `moving`, in their order
   std::vector<Rotation> q_start;
   std::vector<std::int32_t> dragged;    ///< slots of bodies with drag, ascending
   std::vector<std::uint8_t> is_sprung;  ///< by slot, in this tick, by a spring that acts; or empty

@@ -1,5 +1,5 @@
 // One tick: find pairs, let balls bounce, collide, fly what is free, sub-step what is in contact,
-// remember the impulses, check that every number is one, let sleep what is still.
+// check that every number is one, let sleep what is still.
 #include "server/world/world.h"
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "server/collision/bounds.h"
+#include "server/collision/fetch.h"
 #include "server/collision/index.h"
 #include "server/collision/manifolds.h"
-#include "server/collision/narrow_phase.h"
 #include "server/collision/surface.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/ball_pairs.h"
@@ -17,6 +17,7 @@
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
 #include "server/world/load_changes.h"
+#include "server/world/narrow.h"
 #include "server/world/quarantine.h"
 #include "server/world/sleeping.h"
 #include "server/world/springs.h"
@@ -27,7 +28,8 @@ namespace {
 
 /// Worth a thread: enough to fill lanes several times.
 constexpr int kPairs = 64, kColliders = 32;
-constexpr std::size_t kConstraints = 256;  // at a time
+constexpr std::size_t kConstraints = 256;     // at a time
+constexpr std::size_t kConstraintsAhead = 3;  // of them, what is fetched before it is needed
 
 }  // namespace
 
@@ -45,6 +47,7 @@ struct World::Steps {
   static void list_contacts(State& s, Executor& executor);
   static void know_in_W(State& s, std::size_t i);
   static void prepare(State& s, Executor& executor);
+  static void expect_contact(const State& s, std::size_t k);
   static void set_up(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies, State& s);
   static ContactTick contact_tick(const State& s, Executor& executor);
   static StepReport report(const State& s);
@@ -76,7 +79,6 @@ StepReport World::step(Executor& executor, StepObserver* observer) {
   stop_unusable(s);
   fly_free(s, executor);
   stop_at_impacts(s, executor);
-  s.contacts.store(executor, s.bodies.id, s.constraints);
   quarantine_unusable(s);
   let_sleep(s);
   end_balance(s);
@@ -204,74 +206,6 @@ void World::Steps::put_ball_in_box(State& s, std::size_t k, std::size_t i) {
   if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
 }
 
-/// The manifolds of pairs of convex shapes: last tick's, while they hold; boxes many at a time.
-class Narrow final : public MadeManifolds {
- public:
-  /// For the pairs before `end`.
-  Narrow(World::State& s, int end) : s_(s), end_(index(end)), fresh_(*this, s.settings.lanes) {}
-
-  void find(std::size_t k) {
-    const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
-    const double margin = s_.margin(s_.pairs[k]);
-    if (s_.settings.is_planar) {
-      s_.set_manifold(k, s_.methods().collide(s_.collider(a), s_.collider(b), margin));
-      return;
-    }
-    constexpr std::size_t kAhead = 8;
-    if (k + 2 * kAhead < end_) expect_body(index(s_.pairs[k + 2 * kAhead].b));
-    if (k + kAhead < end_) expect_pair(k + kAhead);
-    const double turned = s_.turned[a] + s_.turned[b];
-    const double reach = std::min(s_.reaches[a], s_.reaches[b]);
-    if (s_.memory.holds(k, s_.poses[a], s_.poses[b], turned, reach, margin)) {
-      s_.is_touching[k] = s_.memory.recall(k, s_.poses[a], s_.poses[b], s_.manifolds[k]) ? 1 : 0;
-      return;
-    }
-    const Collider A = s_.collider(a), B = s_.collider(b);
-    PairHints hints;
-    hints.wants_lead = s_.memory.is_slow(k);
-    hints.foresight = s_.turns[a] + s_.turns[b];
-    hints.choice = s_.memory.choice(k);
-    if (hints.choice != 0) expect_points(k);
-    if (begins_at_axis(a, b)) {
-      hints.axis_W = s_.poses[a].R * s_.memory.axis_A(k);
-      hints.was_apart = s_.memory.was_apart(k);
-    }
-    fresh_.add(k, A, B, margin, hints);
-  }
-  void finish() { fresh_.finish(); }
-  void take(std::size_t k, const Manifold& made) override {
-    const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
-    s_.set_manifold(k, made);
-    s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made,
-                   begins_at_axis(a, b));
-  }
-
- private:
-  bool begins_at_axis(std::size_t a, std::size_t b) const {
-    return cradle::begins_at_axis(s_.bodies.shape[a].kind, s_.bodies.shape[b].kind);
-  }
-  /// Fetches what is to be read of a body: the second ones of pairs do not follow each other.
-  void expect_body(std::size_t i) const {
-    __builtin_prefetch(&s_.margins[i]);
-    __builtin_prefetch(&s_.bodies.v[i]);
-    __builtin_prefetch(&s_.bodies.shape[i]);
-    __builtin_prefetch(&s_.poses[i]);
-    __builtin_prefetch(s_.poses[i].R.data() + 8);  // its end
-  }
-  void expect_pair(std::size_t k) const {
-    s_.memory.expect(k, begins_at_axis(index(s_.pairs[k].a), index(s_.pairs[k].b)));
-  }
-  /// Likewise where the manifold of a pair that touched goes.
-  void expect_points(std::size_t k) const {
-    const auto* const begin = reinterpret_cast<const char*>(&s_.manifolds[k]);
-    for (std::size_t at = 0; at < sizeof(Manifold); at += 64) __builtin_prefetch(begin + at, 1);
-  }
-
-  World::State& s_;
-  std::size_t end_;
-  Collisions fresh_;
-};
-
 /// The manifolds of all pairs, also of what may touch before the tick ends.
 void World::Steps::collide(State& s, Executor& executor) {
   if (!s.settings.is_planar) s.memory.follow(executor, s.pairs, s.bodies.id, s.bodies.shape);
@@ -386,25 +320,42 @@ void World::Steps::prepare(State& s, Executor& executor) {
            s.bodies.inverse_mass[index(touch.pair.b)] == 0;
   });
   turn_inertia(s);
-  const std::size_t count = s.touching.size();
-  if (s.room_for_constraints.size() < count) s.room_for_constraints.resize(count + count / 4);
-  s.constraints = std::span(s.room_for_constraints).first(count);
+  s.contacts.follow(executor, s.touching.size(), [&s](std::size_t k) {
+    const Touch& touch = s.touching[k];
+    return ContactName{{s.bodies.id[index(touch.pair.a)], s.bodies.id[index(touch.pair.b)]},
+                       touch.manifold->part};
+  });
+  s.constraints.resize(s.touching.size());
   s.overlaps_of_parts.resize(chunks_of(s.touching.size(), kConstraints));
   const BodyArrays bodies = s.arrays();
   for_chunks(executor, s.touching.size(), kConstraints,
              [&](std::size_t part, std::size_t begin, std::size_t end) {
-               const BodyPair& first = s.touching[begin].pair;
-               ContactCache::Reader last_tick(s.contacts, s.bodies.id, first.a, first.b);
+               ContactMemory last_tick;
                Overlaps& overlaps = s.overlaps_of_parts[part] = {};
                for (std::size_t k = begin; k < end; ++k) {
-                 set_up(s.constraints[k], s.touching[k], bodies, s);
-                 last_tick.restore(s.constraints[k]);
-                 look_at(s.constraints[k]);
-                 overlaps.add(s.constraints[k]);
+                 if (k + kConstraintsAhead < end) expect_contact(s, k + kConstraintsAhead);
+                 ContactConstraint& c = s.contacts[k];
+                 s.constraints[k] = &c;
+                 s.contacts.recall(k, last_tick);
+                 set_up(c, s.touching[k], bodies, s);
+                 last_tick.restore(c);
+                 look_at(c);
+                 overlaps.add(c);
                }
              });
   s.overlaps = {};
   for (const Overlaps& part : s.overlaps_of_parts) s.overlaps.add(part);
+}
+
+/// Fetches what the k-th contact is made of, but for its first body: that is the same for some.
+void World::Steps::expect_contact(const State& s, std::size_t k) {
+  const Touch& touch = s.touching[k];
+  const std::size_t b = index(touch.pair.b);
+  s.contacts.expect(k);
+  fetch(touch.manifold, sizeof(Manifold));
+  fetch(&s.bodies.material[b]);
+  fetch(&s.bodies.x[b]);
+  fetch(&s.bodies.inverse_mass[b]);
 }
 
 /// Without forces.

@@ -66,8 +66,10 @@ struct Wall {
     return sum;
   }
   void step(int sub_steps) {
+    std::vector<ContactConstraint*> all;
+    for (ContactConstraint& c : contacts) all.push_back(&c);
     make_contact_solver("soft")->advance({1.0 / 60, sub_steps, 5e-4, 0, moving, {}}, arrays(),
-                                         inverse_inertia_W, contacts);
+                                         inverse_inertia_W, all);
   }
 
   std::mt19937_64 random;

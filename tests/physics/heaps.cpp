@@ -1,6 +1,7 @@
 // Heaps of cubes that fell as they liked: they come to rest, without sleep.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <numbers>
 
 #include "server/world/contact_cache.h"
@@ -90,11 +91,37 @@ ContactConstraint contact_of_four() {
   return c;
 }
 
+/// What `c` knows a tick after `before`: from its place, or from entries, which is the same.
+ContactConstraint restored(const ContactConstraint& before, const ContactConstraint& c,
+                           std::size_t* entries = nullptr) {
+  ContactCache cache;
+  ContactConstraint from_place = c, from_entries = c;
+  const auto follow = [&cache] {
+    cache.follow(serial_executor, 1, [](std::size_t) { return ContactName{{1, 2}}; });
+  };
+  follow();
+  cache[0] = before;
+  const auto restore = [&](ContactConstraint& after) {
+    follow();
+    ContactMemory memory;
+    cache.recall(0, memory);
+    memory.restore(after);
+  };
+  restore(from_place);
+  const std::size_t count = cache.entries().size();
+  if (entries != nullptr) *entries = count;
+  restore(from_entries);
+  CHECK(std::memcmp(&from_place.points, &from_entries.points, sizeof(c.points)) == 0);
+  CHECK(std::memcmp(&from_place.rests, &from_entries.rests, sizeof(c.rests)) == 0);
+  CHECK(from_place.K_normals == from_entries.K_normals);
+  CHECK(from_place.is_known == from_entries.is_known);
+  return from_place;
+}
+
 }  // namespace
 
 TEST_CASE(
     "points that are new carry what those that have gone did, with the same force and torque") {
-  const std::vector<std::int64_t> ids{1, 2};
   ContactConstraint before = contact_of_four();
   std::mt19937_64 random(5);
   const auto torque = [](const ContactConstraint& c) {
@@ -124,9 +151,7 @@ TEST_CASE(
       q.rA = {std::cos(angle + std::numbers::pi / 4), std::sin(angle + std::numbers::pi / 4), 0.5};
       after.features[i] += 10;
     }
-    ContactCache cache;
-    cache.store(serial_executor, ids, std::array{before});
-    ContactCache::Reader(cache, ids).restore(after);
+    after = restored(before, after);
     CHECK(after.is_known);
     CHECK(force(after) == Approx(force(before)).epsilon(1e-9));
     CHECK((torque(after) - torque(before)).norm() < 1e-6);
@@ -142,52 +167,41 @@ TEST_CASE(
   for (std::uint32_t& feature : after.features) feature += 20;
   after.n = Vector::UnitX();
   after.t1 = tangent(after.n);
-  ContactCache cache;
-  cache.store(serial_executor, ids, std::array{before});
-  ContactCache::Reader(cache, ids).restore(after);
-  CHECK(force(after) == 0);
+  CHECK(force(restored(before, after)) == 0);
 }
 
 TEST_CASE("of a contact that carries nothing one entry tells that it was there") {
-  const std::vector<std::int64_t> ids{1, 2};
   ContactConstraint before = contact_of_four();
   for (std::uint32_t k = 0; k < 4; ++k) {
     before.features[k] = k;
     before.points[k].rA = {0.1 * k, 0.2 * k, 0.5};
     before.K_normals[k] = 2;
   }
-  ContactCache cache;
-  const auto restored = [&] {
+  std::size_t entries = 0;
+  const auto after_a_tick = [&] {
     ContactConstraint after = before;
     for (ConstraintPoint& p : after.used()) p.press = 0;
     after.K_normals = {};
-    cache.store(serial_executor, ids, std::array{before});
-    ContactCache::Reader(cache, ids).restore(after);
-    return after;
+    after.rests = {};
+    after.has_rested = false;
+    return restored(before, after, &entries);
   };
-  const ContactConstraint idle = restored();
-  CHECK(cache.entries().size() == 1);
+  const ContactConstraint idle = after_a_tick();
+  CHECK(entries == 1);
   CHECK(idle.is_known);
   for (const double K : idle.K_normals) CHECK(K == 2);  // else it would be new
 
   before.points[2].press = 3;  // it has let go, and remembers
-  const ContactConstraint pressed = restored();
-  CHECK(cache.entries().size() == 4);
+  const ContactConstraint pressed = after_a_tick();
+  CHECK(entries == 4);
   CHECK(pressed.points[2].press == 3);
   CHECK(pressed.K_normals[1] == 2);
   CHECK_FALSE(pressed.has_rested);
 
   before.points[2].press = 0;
   before.set_rest(before.points[2], {1e-3, 5});  // nor is it idle where it rests elsewhere
-  const ContactConstraint rested = [&] {
-    ContactConstraint after = before;
-    after.rests = {};
-    after.has_rested = false;
-    cache.store(serial_executor, ids, std::array{before});
-    ContactCache::Reader(cache, ids).restore(after);
-    return after;
-  }();
-  CHECK(cache.entries().size() == 4);
+  const ContactConstraint rested = after_a_tick();
+  CHECK(entries == 4);
   CHECK(rested.has_rested);
   CHECK(rested.rests[2].m == 1e-3);
   CHECK(rested.rests[2].load == 5);

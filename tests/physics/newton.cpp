@@ -52,7 +52,8 @@ CoulombProblem problem_of(Standing body) {
   BodyLines lines;
   lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W);
   ContactSystem system;
-  system.begin(body.tick(), body.arrays(), body.contact, lines);
+  ContactConstraint* const all[] = {&body.contact[0]};
+  system.begin(body.tick(), body.arrays(), all, lines);
   lines.integrate_velocities(body.dt, 0);
   for (ContactSystem::Point& point : system.points()) point.bias = point.p->s0 / body.dt;
   return ContactSystem::problem(system.points(), lines.velocities());

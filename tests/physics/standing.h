@@ -51,7 +51,8 @@ struct Standing {
   }
   ContactReport step(ContactSolver& solver) {
     touch();
-    return solver.advance(tick(), arrays(), inverse_inertia_W, contact);
+    ContactConstraint* const all[] = {&contact[0]};
+    return solver.advance(tick(), arrays(), inverse_inertia_W, all);
   }
   /// Of a foot, N, in W.
   Vector force(std::size_t k) const {

@@ -32,7 +32,7 @@ class Attempts {
     ContactTick tick;
     tick.tolerance_m = 5e-4;
     tick.moving = moving_;
-    islands_.find(tick, v_.size(), std::span<const ContactConstraint>{});
+    islands_.find(tick, v_.size(), {});
     BodyArrays arrays;
     arrays.v = v_;
     arrays.w = w_;

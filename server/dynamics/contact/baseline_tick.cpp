@@ -16,7 +16,7 @@ constexpr double kOverlap_m = 1e-12;  ///< less is rounding of places ("a stack 
 
 void BaselineTick::begin(const ContactTick& of, const BodyArrays& arrays,
                          std::span<const Matrix> inverse_inertia_W,
-                         std::span<ContactConstraint> constraints) {
+                         std::span<ContactConstraint* const> constraints) {
   tick = of;
   report = {};
   constraints_ = constraints;
@@ -120,7 +120,7 @@ void BaselineTick::judge() {
 void BaselineTick::add_work(double h) {
   if (!tick.is_balanced) return;
   bodies.take_means(h);
-  for (ContactConstraint& c : constraints_) SingleContact(c, bodies).add_work(report.balance);
+  for (ContactConstraint* c : constraints_) SingleContact(*c, bodies).add_work(report.balance);
 }
 
 ContactReport BaselineTick::end(int sub_steps) {

@@ -19,7 +19,8 @@ struct BaselineTick {
   ContactTick tick;
 
   void begin(const ContactTick& of, const BodyArrays& arrays,
-             std::span<const Matrix> inverse_inertia_W, std::span<ContactConstraint> constraints);
+             std::span<const Matrix> inverse_inertia_W,
+             std::span<ContactConstraint* const> constraints);
 
   /// Newton's law of impact, by velocities before impulses: un after is -e un. A point that does
   /// not close faster than loads make it within kRestTicks is at rest, and bounces off nothing.
@@ -44,7 +45,7 @@ struct BaselineTick {
  private:
   bool part(ContactSystem::Points points);
 
-  std::span<ContactConstraint> constraints_;
+  std::span<ContactConstraint* const> constraints_;
   std::vector<BodyLine> ways_;              // of overlaps, by line
   std::vector<std::uint8_t> is_makeshift_;  // by island
 };

@@ -191,12 +191,13 @@ void ContactBlocks::expect(const ContactBlock& block, int points) const {
   for (const std::int32_t source : block.source) {
     if (source < 0) continue;
     const ContactConstraint& c = *sources_[index(source)];
-    const double* const line = c.n.data();
-    __builtin_prefetch(line + Lines::kFrame);
-    __builtin_prefetch(line + Lines::kBodies);
-    __builtin_prefetch(&c.a);
-    __builtin_prefetch(line + Lines::kMasses);
-    for (int i = 0; i < points; ++i) __builtin_prefetch(line + Lines::kPoints + i * kLine);
+    fetch(&c, at(Lines::kPoints + points * kLine, 0));
+  }
+}
+/// Likewise, what its results are put in.
+void ContactBlocks::expect_results(const ContactBlock& block, int points) {
+  for (const double* const line : block.lines) {
+    fetch(line + Lines::kMasses, at(Lines::kPoints - Lines::kMasses + points * kLine, 0));
   }
 }
 

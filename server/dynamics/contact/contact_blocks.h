@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/collision/executor.h"
+#include "server/collision/large_array.h"
 #include "server/dynamics/contact/body_lines.h"
 #include "server/dynamics/contact/colouring.h"
 #include "server/dynamics/contact/contact_block.h"
@@ -64,6 +65,7 @@ class ContactBlocks {
     in_parts(executor, [&](std::size_t part, const BlockRun& run) {
       for (ContactBlock& block : blocks_of(run)) {
         const BlockRun one = part_of(run, &block, 1);
+        if (&block + 1 < run.blocks + run.count) expect_results(*(&block + 1), run.points);
         f(part, one);
         kernels.scatter(one, taking, sags_[part].by_lane);
       }
@@ -163,6 +165,7 @@ class ContactBlocks {
   void find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
   void expect(const ContactBlock& block, int points) const;
+  static void expect_results(const ContactBlock& block, int points);
   void fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
             const BodyLines& bodies, double h);
   void note_places(const BodyLines& bodies);
@@ -180,7 +183,7 @@ class ContactBlocks {
   std::vector<std::int32_t> groups_;  // and where they belong: by colour, then number of points
   std::vector<std::uint8_t> is_idle_;
   std::vector<std::int32_t> counts_, busy_;  // of each group: all, and those that are not idle
-  std::vector<ContactBlock> blocks_;         // the first `used_` of them
+  LargeArray<ContactBlock> blocks_;          // the first `used_` of them
   std::size_t used_ = 0;
   std::vector<BlockRun> runs_;
   std::vector<Colour> colours_;

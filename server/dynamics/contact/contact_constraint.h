@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "server/collision/fetch.h"
 #include "server/collision/manifold.h"
 
 namespace cradle {
@@ -175,7 +176,7 @@ struct alignas(64) ContactConstraint {
 /// other in memory, and to wait for one takes longer than to look at it.
 inline void expect_next(std::span<ContactConstraint* const> constraints, std::size_t k) {
   constexpr std::size_t kAhead = 8;
-  if (k + kAhead < constraints.size()) __builtin_prefetch(&constraints[k + kAhead]->a);
+  if (k + kAhead < constraints.size()) fetch(&constraints[k + kAhead]->a);
 }
 
 /// A unit vector across the unit vector n; smooth in n but for one switch of the helper axis.

@@ -71,7 +71,7 @@ class ContactSolver {
   /// ones are read only. Forces in `constraints` are last tick's on entry, this tick's on return.
   virtual ContactReport advance(const ContactTick& tick, const BodyArrays& bodies,
                                 std::span<const Matrix> inverse_inertia_W,
-                                std::span<ContactConstraint> constraints) = 0;
+                                std::span<ContactConstraint* const> constraints) = 0;
 };
 
 /// By name, e.g. "soft"; null for an unknown one.

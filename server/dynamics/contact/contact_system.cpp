@@ -32,7 +32,8 @@ Matrix response(const ContactSystem::Point& at, const ContactSystem::Point& by) 
 }  // namespace
 
 void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
-                          std::span<ContactConstraint> constraints, const BodyLines& bodies) {
+                          std::span<ContactConstraint* const> constraints,
+                          const BodyLines& bodies) {
   islands_.find(tick, arrays.x.size(), constraints);
   sizes_.assign(islands_.count(), 0);
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
@@ -40,13 +41,13 @@ void ContactSystem::begin(const ContactTick& tick, const BodyArrays& arrays,
   }
   firsts_.assign(islands_.count() + 1, 0);
   for (std::size_t k = 0; k < constraints.size(); ++k) {
-    firsts_[islands_.of_constraint(k) + 1] += constraints[k].used().size();
+    firsts_[islands_.of_constraint(k) + 1] += constraints[k]->used().size();
   }
   for (std::size_t i = 0; i < islands_.count(); ++i) firsts_[i + 1] += firsts_[i];
   points_.resize(firsts_.back());
   std::vector<std::size_t> next(firsts_);
   for (std::size_t k = 0; k < constraints.size(); ++k) {
-    ContactConstraint& c = constraints[k];
+    ContactConstraint& c = *constraints[k];
     find_effective_masses(c);
     Matrix E;
     E << c.n, c.t1, c.t2();

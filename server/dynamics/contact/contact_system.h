@@ -34,7 +34,7 @@ class ContactSystem {
   using Points = std::span<Point>;
 
   void begin(const ContactTick& tick, const BodyArrays& arrays,
-             std::span<ContactConstraint> constraints, const BodyLines& bodies);
+             std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
 
   std::size_t islands() const { return islands_.count(); }
   Points island(std::size_t i) {

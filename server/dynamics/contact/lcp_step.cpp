@@ -32,7 +32,7 @@ class LcpStep final : public ContactSolver {
  public:
   ContactReport advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
-                        std::span<ContactConstraint> constraints) override {
+                        std::span<ContactConstraint* const> constraints) override {
     if (constraints.empty()) return {};
     BaselineTick& t = tick_;
     t.begin(tick, arrays, inverse_inertia_W, constraints);

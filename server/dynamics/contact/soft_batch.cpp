@@ -141,6 +141,7 @@ void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
   });
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
+    expect_next(constraints, k);
     ContactConstraint& c = *constraints[k];
     is_special_[k] = c.is_ahead || c.restitution > 0 ? 1 : 0;
     if (is_special_[k] != 0) find_effective_masses(c);

@@ -70,15 +70,7 @@ class SoftStep final : public SoftSolver {
  public:
   ContactReport advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
-                        std::span<ContactConstraint> constraints) override {
-    all_.clear();
-    for (ContactConstraint& c : constraints) all_.push_back(&c);
-    return advance_some(tick, arrays, inverse_inertia_W, all_);
-  }
-
-  ContactReport advance_some(const ContactTick& tick, const BodyArrays& arrays,
-                             std::span<const Matrix> inverse_inertia_W,
-                             std::span<ContactConstraint* const> constraints) override {
+                        std::span<ContactConstraint* const> constraints) override {
     own_islands_.find(tick, arrays.x.size(), constraints);
     return advance_all(tick, arrays, inverse_inertia_W, constraints, own_islands_);
   }
@@ -483,7 +475,6 @@ class SoftStep final : public SoftSolver {
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise
   std::vector<ContactConstraint*> chosen_;
-  std::vector<ContactConstraint*> all_;
 };
 
 }  // namespace

@@ -8,10 +8,6 @@ namespace cradle {
 
 class SoftSolver : public ContactSolver {
  public:
-  /// As `advance`, with some of a tick's constraints, in their order: those of `tick.moving`.
-  virtual ContactReport advance_some(const ContactTick& tick, const BodyArrays& bodies,
-                                     std::span<const Matrix> inverse_inertia_W,
-                                     std::span<ContactConstraint* const> constraints) = 0;
   /// As `advance`, with all of a tick's constraints, whose islands are known.
   virtual ContactReport advance_all(const ContactTick& tick, const BodyArrays& bodies,
                                     std::span<const Matrix> inverse_inertia_W,

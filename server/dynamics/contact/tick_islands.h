@@ -11,8 +11,6 @@ class TickIslands : public Islands {
  public:
   /// `slots`: how many there are.
   void find(const ContactTick& tick, std::size_t slots,
-            std::span<const ContactConstraint> constraints);
-  void find(const ContactTick& tick, std::size_t slots,
             std::span<ContactConstraint* const> constraints);
 
   /// By slot; -1: does not yield.
@@ -24,9 +22,6 @@ class TickIslands : public Islands {
   }
 
  private:
-  void begin(const ContactTick& tick, std::size_t slots);
-  void add(const ContactConstraint& c);
-
   std::vector<std::int32_t> number_;
   std::vector<ColouredPair> pairs_;
 };

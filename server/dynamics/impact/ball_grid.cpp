@@ -21,6 +21,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/fetch.h"
 #include "server/collision/index.h"
 #include "server/collision/machine_lanes.h"
 
@@ -165,7 +166,7 @@ void BallGrid::sort(Executor& executor, std::span<const Ball> balls) {
   for_each_index(executor, balls.size(), kBalls, [&](std::size_t place) {
     constexpr std::size_t kAhead = 8;
     if (place + kAhead < balls.size()) {
-      __builtin_prefetch(&points_[index(numbers_[place + kAhead])]);
+      fetch(&points_[index(numbers_[place + kAhead])]);
     }
     write(points_[index(numbers_[place])], place);
   });

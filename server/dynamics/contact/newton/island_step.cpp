@@ -13,14 +13,13 @@ IslandStep::IslandStep(const IslandSettings& settings)
 
 ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arrays,
                                   std::span<const Matrix> inverse_inertia_W,
-                                  std::span<ContactConstraint> constraints) {
+                                  std::span<ContactConstraint* const> constraints) {
   report_ = {};
   if (constraints.empty()) return report_;
   tick_ = tick;
   give_ = settings_.is_always_exact ? 0 : tick.dt * tick.dt * settings_.yield;
   arrays_ = arrays;
-  all_.clear();
-  for (ContactConstraint& c : constraints) all_.push_back(&c);
+  all_ = constraints;
   islands_.find(tick_, arrays_.x.size(), all_);
   report_.islands = static_cast<int>(islands_.count());
   fates_.assign(islands_.count(), Fate::soft);
@@ -149,7 +148,7 @@ void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W) {
     ContactTick tick = tick_;
     tick.moving = moving_;
     if (fate == Fate::soft) {
-      add(soft_->advance_some(tick, arrays_, inverse_inertia_W, chosen_));
+      add(soft_->advance(tick, arrays_, inverse_inertia_W, chosen_));
     } else {
       begin(tick, inverse_inertia_W);
       finish(tick, chosen_);

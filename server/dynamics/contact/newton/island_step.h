@@ -16,7 +16,7 @@ class IslandStep : public ContactSolver {
 
   ContactReport advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
-                        std::span<ContactConstraint> constraints) final;
+                        std::span<ContactConstraint* const> constraints) final;
 
  protected:
   enum class Fate : std::uint8_t { soft, solved, rests };
@@ -69,7 +69,8 @@ class IslandStep : public ContactSolver {
   std::vector<Fate> fates_;            // by island
   std::vector<BodyLine> ways_, ends_;  // by number: velocities that move places; at the end
   std::vector<std::int32_t> moving_;
-  std::vector<ContactConstraint*> all_, chosen_;
+  std::span<ContactConstraint* const> all_;
+  std::vector<ContactConstraint*> chosen_;
 };
 
 }  // namespace cradle

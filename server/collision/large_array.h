@@ -27,9 +27,7 @@ struct LargePages {
     if (is_large(count)) prefer_large_pages(begin, size);
     return static_cast<T*>(begin);
   }
-  void deallocate(T* begin, std::size_t count) {
-    ::operator delete(begin, room_for(count), alignment(count));
-  }
+  void deallocate(T* begin, std::size_t count) { ::operator delete(begin, alignment(count)); }
   bool operator==(const LargePages&) const = default;
 
  private:

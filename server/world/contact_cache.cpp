@@ -136,7 +136,10 @@ void ContactCache::begin() {
 
 /// Which of these contacts were there. Their part of last tick begins at one of a pair alone.
 void ContactCache::find(std::size_t begin, std::size_t end) {
-  if (were_entries_) return std::fill(from_.begin() + begin, from_.begin() + end, -1);
+  if (were_entries_) {
+    std::ranges::fill(std::span(from_).subspan(begin, end - begin), -1);
+    return;
+  }
   const auto pair_of = [](const ContactName& name) { return name.pair; };
   std::size_t old = static_cast<std::size_t>(
       std::ranges::lower_bound(last_, names_[begin].pair, {}, pair_of) - last_.begin());
@@ -164,11 +167,8 @@ void ContactCache::settle() {
       continue;
     }
     if (free_.empty()) {
-      const std::size_t room = room_.size(), more = 16 + room / 4;
-      room_.resize(room + more);
-      for (std::size_t i = 0; i < more; ++i) {
-        free_.push_back(static_cast<std::int32_t>(room + more - 1 - i));
-      }
+      free_.push_back(static_cast<std::int32_t>(room_.size()));
+      room_.emplace_back();
     }
     places_[k] = free_.back();
     free_.pop_back();
@@ -180,9 +180,11 @@ void ContactCache::recall(std::size_t k, ContactMemory& memory) const {
   const auto add = [&](const CachedForce& force) { memory.add(force); };
   if (from_[k] >= 0) tell(room_[static_cast<std::size_t>(places_[k])], names_[k].pair, add);
   if (!were_entries_) return;
+  const PairName& pair = names_[k].pair;
   const auto pair_of = [](const CachedForce& e) { return PairName{e.a, e.b}; };
-  for (const CachedForce& e : std::ranges::equal_range(entries_, names_[k].pair, {}, pair_of)) {
-    if (e.part == names_[k].part) add(e);
+  for (auto e = std::ranges::lower_bound(entries_, pair, {}, pair_of);
+       e != entries_.end() && pair_of(*e) == pair; ++e) {
+    if (e->part == names_[k].part) memory.add(*e);
   }
 }
 

@@ -23,7 +23,10 @@ class Narrow final : public MadeManifolds {
       return;
     }
     constexpr std::size_t kAhead = 8;
-    if (k + 2 * kAhead < end_) expect_body(index(s_.pairs[k + 2 * kAhead].b));
+    if (k + 2 * kAhead < end_) {
+      expect_body(index(s_.pairs[k + 2 * kAhead].b));
+      s_.memory.expect_kept(k + 2 * kAhead);
+    }
     if (k + kAhead < end_) expect_pair(k + kAhead);
     const double turned = s_.turned[a] + s_.turned[b];
     const double reach = std::min(s_.reaches[a], s_.reaches[b]);

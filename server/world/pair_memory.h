@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/collision/broad_phase.h"
+#include "server/collision/fetch.h"
 #include "server/collision/kept_manifold.h"
 #include "server/collision/large_array.h"
 #include "server/world/pair_name.h"
@@ -96,6 +97,10 @@ class PairMemory {
   /// Fetches what `recall` may read, or `axis_A`: manifolds lie anywhere, and to wait for them
   /// takes longer than all else that is done with them.
   void expect(std::size_t k, bool begins_at_axis) const;
+  void expect_kept(std::size_t k) const {
+    if (from_[k] >= 0) fetch(&last_.pairs[static_cast<std::size_t>(from_[k])]);
+    fetch(&now_.pairs[k]);
+  }
   /// `begins_at_axis`: its axis is kept though the manifold is not.
   void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made,
             bool begins_at_axis);

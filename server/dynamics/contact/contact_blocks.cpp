@@ -137,7 +137,7 @@ void ContactBlocks::make_runs(const BodyLines& bodies) {
   };
   used_ = 0;
   for (std::size_t group = 0; group < counts_.size(); ++group) used_ += index(blocks_of(group));
-  if (blocks_.size() < used_) blocks_.resize(used_ + used_ / 4);
+  if (blocks_.size() < used_) blocks_.resize(used_);
 
   runs_.clear();
   colours_.clear();

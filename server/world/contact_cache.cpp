@@ -134,7 +134,7 @@ void ContactCache::begin() {
   is_gone_.assign(last_.size(), 1);
 }
 
-/// Which of these contacts were there. Their part of last tick begins at one of a pair alone.
+/// Which of these contacts were there last tick. The first may be in the middle of its pair.
 void ContactCache::find(std::size_t begin, std::size_t end) {
   if (were_entries_) {
     std::ranges::fill(std::span(from_).subspan(begin, end - begin), -1);
@@ -156,7 +156,7 @@ void ContactCache::find(std::size_t begin, std::size_t end) {
   }
 }
 
-/// Places for all.
+/// Those that are new take the places of those that are gone, or new ones.
 void ContactCache::settle() {
   for (std::size_t m = last_.size(); m-- > 0;) {
     if (is_gone_[m] != 0) free_.push_back(last_places_[m]);

@@ -97,6 +97,7 @@ class PairMemory {
   /// Fetches what `recall` may read, or `axis_A`: manifolds lie anywhere, and to wait for them
   /// takes longer than all else that is done with them.
   void expect(std::size_t k, bool begins_at_axis) const;
+  /// Likewise what the pair keeps, some pairs before that: `expect` looks there.
   void expect_kept(std::size_t k) const {
     if (from_[k] >= 0) fetch(&last_.pairs[static_cast<std::size_t>(from_[k])]);
     fetch(&now_.pairs[k]);

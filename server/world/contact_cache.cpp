@@ -23,28 +23,38 @@ bool is_idle(const ContactConstraint& c) {
   });
 }
 
-/// Calls `add(force)` for all that it remembers.
+/// All that it remembers, each into the room that `add()` gives.
 template <class F>
-void tell(const ContactConstraint& c, const PairName& pair, const F& add) {
-  const auto [a, b] = pair;
+void tell(const ContactConstraint& c, const F& add) {
   const Vector t2 = c.t2();
   if (is_idle(c)) {
-    add({a, b, c.part, kIdleFeature, 0, 0, c.K_normals[0]});
+    CarriedForce& idle = add() = {};
+    idle.feature = kIdleFeature;
+    idle.K_normal = c.K_normals[0];
   } else {
     for (std::size_t i = 0; i < c.used().size(); ++i) {
       const ConstraintPoint& p = c.points[i];
-      const PointRest rest = c.has_rested ? c.rests[i] : PointRest{};
-      add({a, b, c.part, c.features[i], p.force, p.press, c.K_normals[i], rest.m, rest.load,
-           p.force_t.x() * c.t1 + p.force_t.y() * t2, p.rA});
+      CarriedForce& carried = add();
+      carried.feature = c.features[i];
+      carried.force = p.force;
+      carried.press = p.press;
+      carried.K_normal = c.K_normals[i];
+      carried.rest = c.has_rested ? c.rests[i] : PointRest{};
+      carried.friction = p.force_t.x() * c.t1 + p.force_t.y() * t2;
+      carried.arm = p.rA;
     }
   }
-  if (c.turns_heavily()) {
-    add({a, b, c.part, kTurningFeature, 0, 0, 0, 0, 0, c.torque, Vector::Zero()});
-  }
+  if (!c.turns_heavily()) return;
+  CarriedForce& turning = add() = {};
+  turning.feature = kTurningFeature;
+  turning.friction = c.torque;
 }
 
-/// Of its points, the one with this feature; their number if there is none.
-std::size_t find(const ContactConstraint& c, std::uint64_t feature) {
+/// Of its points, the one with this feature, most likely the one of this number; their number if
+/// there is none.
+std::size_t find(const ContactConstraint& c, std::uint64_t feature, std::size_t likely) {
+  const std::size_t count = c.used().size();
+  if (likely < count && c.features[likely] == feature) return likely;
   const auto begin = c.features.begin(), end = begin + c.count;
   return static_cast<std::size_t>(std::find(begin, end, feature) - begin);
 }
@@ -54,7 +64,8 @@ std::size_t find(const ContactConstraint& c, std::uint64_t feature) {
 void ContactMemory::restore(ContactConstraint& c) const {
   int gone = 0, found = 0;
   const Vector t2 = c.t2();
-  for (const CachedForce& e : forces()) {
+  for (std::size_t k = 0; k < count_; ++k) {
+    const CarriedForce& e = forces_[k];
     c.is_known = true;
     if (e.feature == kTurningFeature) {
       if (c.turns_heavily()) c.torque = e.friction;
@@ -64,7 +75,7 @@ void ContactMemory::restore(ContactConstraint& c) const {
       c.K_normals.fill(e.K_normal);
       continue;
     }
-    const std::size_t i = find(c, e.feature);
+    const std::size_t i = find(c, e.feature, k);
     if (i == c.used().size()) {
       gone += e.force > 0 ? 1 : 0;
       continue;
@@ -75,7 +86,7 @@ void ContactMemory::restore(ContactConstraint& c) const {
     p.press = e.press;
     p.force_t = {c.t1.dot(e.friction), t2.dot(e.friction)};
     c.K_normals[i] = e.K_normal;
-    if (e.rest_m != 0 || e.rest_load != 0) c.set_rest(p, {e.rest_m, e.rest_load});
+    if (!e.rest.is_none()) c.set_rest(p, e.rest);
   }
   if (gone > 0 && found < c.count) hand_on(c);
 }
@@ -93,9 +104,9 @@ void ContactMemory::hand_on(ContactConstraint& c) const {
     return Vector(1, c.t1.dot(arm - origin), t2.dot(arm - origin));
   };
   double press = 0;
-  for (const CachedForce& e : forces()) {
+  for (const CarriedForce& e : forces()) {
     if (e.feature == kTurningFeature) continue;
-    const std::size_t i = find(c, e.feature);
+    const std::size_t i = find(c, e.feature, c.used().size());
     if (i < c.used().size()) {
       const auto last = std::remove(fresh.begin(), fresh.begin() + count, &c.points[i]);
       count = static_cast<std::size_t>(last - fresh.begin());
@@ -177,14 +188,16 @@ void ContactCache::settle() {
 
 void ContactCache::recall(std::size_t k, ContactMemory& memory) const {
   memory.clear();
-  const auto add = [&](const CachedForce& force) { memory.add(force); };
-  if (from_[k] >= 0) tell(room_[static_cast<std::size_t>(places_[k])], names_[k].pair, add);
+  if (from_[k] >= 0) {
+    tell(room_[static_cast<std::size_t>(places_[k])],
+         [&memory]() -> CarriedForce& { return memory.add(); });
+  }
   if (!were_entries_) return;
   const PairName& pair = names_[k].pair;
   const auto pair_of = [](const CachedForce& e) { return PairName{e.a, e.b}; };
   for (auto e = std::ranges::lower_bound(entries_, pair, {}, pair_of);
        e != entries_.end() && pair_of(*e) == pair; ++e) {
-    if (e->part == names_[k].part) memory.add(*e);
+    if (e->part == names_[k].part) memory.add() = e->carried;
   }
 }
 
@@ -196,7 +209,10 @@ std::span<CachedForce> ContactCache::entries() {
   if (are_entries_) return entries_;
   entries_.clear();
   for (std::size_t k = 0; k < names_.size(); ++k) {
-    tell((*this)[k], names_[k].pair, [this](const CachedForce& e) { entries_.push_back(e); });
+    const auto& [pair, part] = names_[k];
+    tell((*this)[k], [&]() -> CarriedForce& {
+      return entries_.emplace_back(CachedForce{pair.a, pair.b, part, {}}).carried;
+    });
   }
   are_entries_ = true;
   return entries_;

@@ -16,21 +16,25 @@
 
 namespace cradle {
 
-/// One point's forces, by the ids of its bodies (a < b), and which of their parts and
-/// features meet. A contact with rolling or torsional friction has one more: kTurningFeature, with
-/// its torque (N m, in W) for friction. One that carries nothing, and rests nowhere, has a single
-/// one for all its points, kIdleFeature: in a heap that falls these are half of all.
-struct CachedForce {
-  std::int64_t a = 0, b = 0;
-  std::uint64_t part = 0;
+/// What one point carried, by which features of the parts meet. A contact with rolling or torsional
+/// friction has one more: kTurningFeature, with its torque (N m, in W) for friction. One that
+/// carries nothing, and rests nowhere, has a single one for all its points, kIdleFeature: in a heap
+/// that falls these are half of all.
+struct CarriedForce {
   std::uint64_t feature = 0;
   double force = 0;                  ///< N
   double press = 0;                  ///< m/s^2, see ConstraintPoint
   double K_normal = 0;               ///< 1/kg, see ContactConstraint
-  double rest_m = 0;                 ///< m, see PointRest
-  double rest_load = 0;              ///< m/s^2, likewise
+  PointRest rest;                    ///< likewise
   Vector friction = Vector::Zero();  ///< N, in W: survives a turn of the tangents
   Vector arm = Vector::Zero();       ///< m, in W, from A's centre
+};
+
+/// By the ids of its bodies (a < b), and which of their parts meet.
+struct CachedForce {
+  std::int64_t a = 0, b = 0;
+  std::uint64_t part = 0;
+  CarriedForce carried;
 };
 
 /// Of no point: their features have 32 bits.
@@ -46,16 +50,16 @@ class ContactMemory {
   void restore(ContactConstraint& c) const;
 
   void clear() { count_ = 0; }
-  void add(const CachedForce& force) {
+  CarriedForce& add() {
     assert(count_ < forces_.size());
-    forces_[count_++] = force;
+    return forces_[count_++];
   }
-  std::span<const CachedForce> forces() const { return {forces_.data(), count_}; }
+  std::span<const CarriedForce> forces() const { return {forces_.data(), count_}; }
 
  private:
   void hand_on(ContactConstraint& c) const;
 
-  std::array<CachedForce, kManifoldPoints + 1> forces_;
+  std::array<CarriedForce, kManifoldPoints + 1> forces_;
   std::size_t count_ = 0;
 };
 

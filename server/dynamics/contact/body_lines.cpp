@@ -15,6 +15,7 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   kernels_ = &contact_kernels_of(tick.lanes);
   islands_ = tick.islands;
   islands_count_ = tick.islands_count;
+  heaps_ = tick.heaps;
   moving_ = static_cast<std::int32_t>(tick.moving.size());
   driven_ = static_cast<std::int32_t>(tick.driven.size());
   const std::int32_t still = moving_ + driven_;

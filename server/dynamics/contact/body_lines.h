@@ -82,6 +82,10 @@ class BodyLines {
   std::size_t island_of(std::int32_t a, std::int32_t b) const {
     return island_of(yields(a) ? a : b);
   }
+  /// Likewise: in an island whose points are solved by themselves.
+  bool is_in_heap(std::int32_t a, std::int32_t b) const {
+    return !heaps_.empty() && heaps_[island_of(a, b)] != 0;
+  }
   /// With the mean velocity of the sub-step where it is smooth: without an impact. But of what
   /// rests among others with the last: springs between bodies, and the mean, feed what sways.
   void integrate_positions(double h, double smooth_factor);
@@ -233,6 +237,7 @@ class BodyLines {
   std::vector<std::int32_t> tumbling_, twisted_;                                  // lines
   std::span<const std::int32_t> islands_;  // by line; or empty
   std::size_t islands_count_ = 1;
+  std::span<const std::uint8_t> heaps_;  // by island; or empty
   struct Debt {
     bool bounces = true, is_held = false, is_driven = false, is_along = false;
     double sum_J = 0, kinetic_J = 0, along_J = 0, mass = 0, share = 1;

@@ -24,10 +24,10 @@ static_assert(std::size(kKinds) == kBlockKinds);
 bool is_serial(std::int32_t group) { return group >= kGroupsAColour * kColours; }
 
 /// Points that all carried last tick, or are all new, are likely to carry together: they are solved
-/// at once, which also keeps a symmetric stack symmetric.
-std::int32_t kind_of(const ContactConstraint& c) {
+/// at once, which also keeps a symmetric stack symmetric. Not in a heap.
+std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap) {
   if (c.count == 1) return 0;
-  const bool joint = c.carrying == 0 || c.carrying == c.count;
+  const bool joint = !is_in_heap && (c.carrying == 0 || c.carrying == c.count);
   return (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
 }
 
@@ -93,11 +93,14 @@ void ContactBlocks::look_at_all(Executor& executor, std::span<ContactConstraint*
     const std::int32_t line = bodies.line(slot);
     return bodies.yields(line) ? line : -1;
   };
+  const auto kind = [&](const ContactConstraint& c) {
+    return kind_of(c, bodies.is_in_heap(bodies.line(c.a), bodies.line(c.b)));
+  };
   looks_.resize(constraints.size());
   for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
     expect_next(constraints, k);
     const ContactConstraint& c = *constraints[k];
-    looks_[k] = {{body(c.a), body(c.b)}, kind_of(c), is_idle(c), c.is_ahead, c.turns_heavily()};
+    looks_[k] = {{body(c.a), body(c.b)}, kind(c), is_idle(c), c.is_ahead, c.turns_heavily()};
   });
 }
 

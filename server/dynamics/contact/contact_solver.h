@@ -26,6 +26,9 @@ struct ContactTick {
   /// together.
   std::span<const std::int32_t> islands = {};
   std::size_t islands_count = 1;
+  /// By island: 1 if points are to be solved by themselves, as hardly a block of contacts carries
+  /// on all of its points. Empty: none is.
+  std::span<const std::uint8_t> heaps = {};
   /// Of `moving`, in their order: 1 if it lies among others and none moves much. Empty: none does.
   std::span<const std::uint8_t> resting = {};
   std::span<const std::int32_t> stirred = {};  ///< slots of bodies whose loads have just changed

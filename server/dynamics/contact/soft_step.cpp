@@ -63,6 +63,12 @@ constexpr double kRestTicks = 2;
 /// Of these, what bodies may sink in by is not the way of an island that moves.
 constexpr double kSinkTicks = 1;
 
+/// Of an island's contacts that carry, one in so many may do so on some of its points only: of two
+/// blocks in three one then does, and all that was done for points together was in vain ("T2").
+constexpr int kCarryPerAskew = kBlockLanes;
+/// But for so many of them: the points of a few bodies are solved together in any case.
+constexpr int kFewAskew = 2 * kBlockLanes;
+
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
 constexpr int kChunk = 64;
 
@@ -136,6 +142,8 @@ class SoftStep final : public SoftSolver {
     excess_.assign(islands_->count(), 0);
     pasts_.assign(islands_->count(), Past::none);
     lies_askew_.assign(islands_->count(), 0);
+    askew_.assign(islands_->count(), -kFewAskew * kCarryPerAskew);
+    is_heap_.assign(islands_->count(), 0);
     has_rested_ = false;
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
       ++sizes_[islands_->of(static_cast<std::int32_t>(k))];
@@ -146,9 +154,11 @@ class SoftStep final : public SoftSolver {
       has_past_[island] |= look.was_pressed;
       if (look.is_known) pasts_[island] = Past::lasts;
       lies_askew_[island] |= look.is_askew;
+      askew_[island] += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
       has_rested_ |= look.has_rested;
       excess_[island] += look.is_deep ? 3 : -1;
     }
+    for (std::size_t i = 0; i < askew_.size(); ++i) is_heap_[i] = askew_[i] > 0 ? 1 : 0;
   }
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
@@ -367,6 +377,7 @@ class SoftStep final : public SoftSolver {
     tick.moving = part(moving_, batch.moving, batch.moving_end);
     tick.islands = part(island_of_moving_, batch.moving, batch.moving_end);
     tick.islands_count = islands_->count();
+    tick.heaps = is_heap_;
     tick.resting = part(resting_, batch.moving, batch.moving_end);
     const double give = give_of(tick.sub_steps, tick.dt);
     double sag_m = 0;
@@ -460,7 +471,9 @@ class SoftStep final : public SoftSolver {
   Settling settling_;
   std::vector<std::uint8_t> is_calm_;  // by island
   std::vector<std::uint8_t> has_past_, lies_askew_;
-  std::vector<Past> pasts_;     // by island
+  std::vector<Past> pasts_;  // by island
+  std::vector<int> askew_;   // contacts that are, over the rest: by island, likewise
+  std::vector<std::uint8_t> is_heap_;
   std::vector<int> excess_;     // of deep contacts over others, by island
   std::vector<int> sizes_;      // bodies, by island
   std::vector<int> sub_steps_;  // by island

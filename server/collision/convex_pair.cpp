@@ -219,6 +219,7 @@ Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHint
   Manifold manifold;
   manifold.normal_W = R_WF.col(2);
   manifold.count = static_cast<int>(points.size());
+  manifold.choice = least.names;
   manifold.lead = std::min(lead(pair, least, A, B), kTolerances.kept_slide_m / contacts.steepness);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vector& p = points[k].p;

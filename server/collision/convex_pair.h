@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <limits>
 
 #include "server/collision/convex_shape.h"
@@ -50,6 +51,7 @@ struct SupportHints {
 /// A corner of the set of all a - b, and its a.
 struct Difference {
   Vector w, a;
+  std::uint16_t name;  ///< corner_names.h; 0: none
 };
 
 /// The pair's a and b for which n . (a - b) is largest.
@@ -101,6 +103,7 @@ struct LeastOverlap {
   double lead = 0;
   double sine = 1;  ///< of the angle between the edges that n is across; 1: it is not across two
   SupportHints farthest{-1, -1};  ///< vertices of hulls that are farthest along n, if not below 0
+  std::uint32_t names = 0;  ///< of the corners where the search ended, corner_names.h; 0: none
 
   /// Farther apart than the limit: by `distance` along n, so at least.
   static LeastOverlap beyond(const Vector& n, double distance) {

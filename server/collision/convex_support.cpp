@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "server/collision/convex_pair.h"
+#include "server/collision/corner_names.h"
 #include "server/collision/direction_grid.h"
 #include "server/collision/lanes.h"
 #include "server/collision/likely_vertices.h"
@@ -86,6 +87,7 @@ void find_support(const ConvexPair& pair, const Vector& n, SupportHints& hints, 
   const Two xy = Two{a.x(), a.y()} - (b_A.xy + Two{pair.t.x(), pair.t.y()});
   found.w = Vector(xy[0], xy[1], a.z() - (b_A.z + pair.t.z()));
   found.a = a;
+  found.name = corner_name(corner_number(pair.A, a, hints.A), corner_number(pair.B, b, hints.B));
 }
 
 }  // namespace cradle

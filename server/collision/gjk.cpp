@@ -126,7 +126,8 @@ bool has(const Corners& s, const Vector& w) {
 ClosestSearch::ClosestSearch(const Vector& shift, double limit, Simplex& simplex)
     : shift_(shift), limit_(limit), simplex_(simplex) {
   for (std::size_t i = 0; i < simplex.count; ++i) {
-    s_.corners[i] = {simplex.corners[i].w - shift, simplex.corners[i].a};
+    s_.corners[i] = simplex.corners[i];
+    s_.corners[i].w -= shift;
     largest_ = std::max(largest_, s_.corners[i].w.cwiseAbs().maxCoeff());
   }
   s_.count = simplex.count;
@@ -178,7 +179,8 @@ void ClosestSearch::take(Difference next) {
 
 void ClosestSearch::give_back() {
   for (std::size_t i = 0; i < s_.count; ++i) {
-    simplex_.corners[i] = {s_.corners[i].w + shift_, s_.corners[i].a};
+    simplex_.corners[i] = s_.corners[i];
+    simplex_.corners[i].w += shift_;
   }
   simplex_.count = s_.count;
 }

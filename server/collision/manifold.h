@@ -29,7 +29,8 @@ struct Manifold {
   /// to rely on. Without: a separation that the shapes have at least, of pairs that
   /// begin at an axis (narrow_phase.h) along the normal; 0: not known.
   double lead = 0;
-  /// Of two boxes with more than four candidates: which four they are, for the next time. 0: none.
+  /// For the next time, 0: none. Of two boxes with more than four candidates: which four they are;
+  /// of a hull and what has corners: where the search ended.
   std::uint64_t choice = 0;
   std::array<ContactPoint, kManifoldPoints> points;
 

@@ -7,6 +7,7 @@
 #include "server/collision/collider.h"
 #include "server/collision/convex_shape.h"
 #include "server/collision/manifold.h"
+#include "server/collision/pair_hints.h"
 #include "server/collision/polytope_batch.h"
 
 namespace cradle {
@@ -32,16 +33,6 @@ inline bool begins_at_axis(ShapeKind A, ShapeKind B) {
   return !are_boxes && has_inside(A) && has_inside(B);
 }
 
-/// What is known of a pair before its manifold is made: for time, not for what comes out, but for
-/// ties of directions and of points.
-struct PairHints {
-  Vector axis_W = Vector::Zero();  ///< unit, from A to B: of the last manifold; zero: not known
-  bool was_apart = false;          ///< along that
-  bool wants_lead = false;         ///< else the manifold may come without one
-  double foresight = 0;            ///< as of BoxBatch; other shapes have none
-  std::uint64_t choice = 0;        ///< of the last manifold: as Manifold::choice
-};
-
 /// Without points, if the two are farther apart than the margin along the axis still that they were
 /// apart along: two support points instead of a search.
 std::optional<Manifold> still_apart(const Collider& A, const Collider& B, double margin,
@@ -61,7 +52,7 @@ class Collisions {
     if (A.shape.kind == ShapeKind::box && B.shape.kind == ShapeKind::box) {
       boxes_.add(key, A, B, margin, hints.foresight, hints.choice);
     } else if (PolytopeBatch::takes(A, B)) {
-      polytopes_.add(key, A, B, margin, hints.wants_lead, hints.axis_W);
+      polytopes_.add(key, A, B, margin, hints);
     } else if (const auto apart =
                    hints.was_apart ? still_apart(A, B, margin, hints) : std::nullopt) {
       made_.take(key, *apart);

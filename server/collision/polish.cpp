@@ -200,7 +200,7 @@ class Polish {
     least = {true, n_, n_.dot(far.w), Vector::Zero()};
     for (std::size_t i = 0; i < count_; ++i) {
       least.p_A += pieces_[i].weight * pieces_[i].a;
-      simplex.corners[i] = {pieces_[i].w, pieces_[i].a};
+      simplex.corners[i] = {pieces_[i].w, pieces_[i].a, 0};
       simplex.weights[i] = pieces_[i].weight;
     }
     simplex.count = count_;

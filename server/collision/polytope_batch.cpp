@@ -14,19 +14,22 @@ bool PolytopeBatch::takes(const Collider& A, const Collider& B) {
 }
 
 void PolytopeBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin,
-                        bool wants_lead, const Vector& axis_W) {
+                        const PairHints& hints) {
   while (count_ == kAtATime) step();
   for (std::optional<Meeting>& meeting : meetings_) {
     if (meeting) continue;
     // As in the pair table: a hull comes second.
     const bool is_swapped = B.shape.kind < A.shape.kind;
-    meeting.emplace(key, is_swapped ? B : A, is_swapped ? A : B, margin, is_swapped, wants_lead,
-                    is_swapped ? Vector(-axis_W) : axis_W);
+    meeting.emplace(key, is_swapped ? B : A, is_swapped ? A : B, margin, is_swapped,
+                    hints.wants_lead, is_swapped ? Vector(-hints.axis_W) : hints.axis_W,
+                    static_cast<std::uint32_t>(hints.choice));
     ++count_;
     if (!meeting->pair.is_finite()) {
       meeting.reset();
       --count_;
       made_.take(key, {});
+    } else if (meeting->search.is_done()) {
+      make(meeting);
     }
     return;
   }

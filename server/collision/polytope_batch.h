@@ -8,6 +8,7 @@
 
 #include "server/collision/collider.h"
 #include "server/collision/manifold.h"
+#include "server/collision/pair_hints.h"
 #include "server/collision/polytope_search.h"
 
 namespace cradle {
@@ -23,8 +24,8 @@ class PolytopeBatch {
   static bool takes(const Collider& A, const Collider& B);
 
   /// Shapes and poses must last until they are made.
-  void add(std::size_t key, const Collider& A, const Collider& B, double margin, bool wants_lead,
-           const Vector& axis_W);
+  void add(std::size_t key, const Collider& A, const Collider& B, double margin,
+           const PairHints& hints);
   /// Makes the manifolds of the pairs that wait.
   void finish();
 
@@ -39,14 +40,15 @@ class PolytopeBatch {
     PolytopeSearch search;
 
     Meeting(std::size_t the_key, const Collider& A, const Collider& B, double the_margin,
-            bool swapped, bool wants_lead, const Vector& axis_W)
+            bool swapped, bool wants_lead, const Vector& axis_W, std::uint32_t names)
         : key(the_key),
           is_swapped(swapped),
           X_WA(A.X_WB),
           margin(the_margin),
           pair(A, B),
           search(pair, margin + pair.radii(), wants_lead ? lead_worth_knowing(pair) : 0, hints,
-                 axis_W.isZero(0) ? pair.middles() : Vector(A.X_WB.R.transpose() * axis_W)) {}
+                 axis_W.isZero(0) ? pair.middles() : Vector(A.X_WB.R.transpose() * axis_W),
+                 pair.is_finite() ? names : 0) {}
   };
 
   void step();

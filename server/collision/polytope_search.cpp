@@ -14,6 +14,7 @@
 #include <limits>
 #include <numbers>
 
+#include "server/collision/corner_names.h"
 #include "server/collision/descent.h"
 #include "server/collision/lead.h"
 
@@ -51,7 +52,7 @@ std::array<Vector, 3> around(const Vector& n) {
 
 bool begin_below(const ConvexPair& pair, std::array<Difference, 4>& corners, const Difference& top,
                  ExpandingPolytope& polytope) {
-  corners[0] = {-pair.centre, pair.A.centre};
+  corners[0] = {-pair.centre, pair.A.centre, 0};
   if (!polytope.begin(corners)) return false;
   constexpr int kTop = ExpandingPolytope::kWithoutFirst;
   const double beyond = polytope.face(kTop).n.dot(top.w) - polytope.face(kTop).distance;
@@ -150,16 +151,20 @@ void ExpandingSearch::end(double lead) {
   // It need not be the face that told the direction: two edges make a parallelogram of M, which is
   // two faces here.
   const int at_foot = polytope.face_at_foot(best_face_, best_.n, best_.overlap);
-  if (at_foot >= 0) best_.p_A = polytope.foot_on_A(at_foot);
+  if (at_foot >= 0) {
+    best_.p_A = polytope.foot_on_A(at_foot);
+    best_.names = names_of(polytope.corners_of(at_foot));
+  }
   if (!(lead_wanted_ > 0)) return;
   best_.lead = lead > 0 && at_foot >= 0 ? lead : -1;
   if (at_foot >= 0) best_.sine = edge_sine(polytope.corners_of(at_foot));
 }
 
 PolytopeSearch::PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted,
-                               SupportHints& hints, const Vector& toward)
+                               SupportHints& hints, const Vector& toward, std::uint32_t names)
     : pair_(pair), limit_(limit), lead_wanted_(lead_wanted), hints_(hints), n_(toward) {
   direction_ = &n_;
+  if (names != 0 && find_corners(pair, names, simplex_)) seek_distance();
 }
 
 void PolytopeSearch::take(const Difference& next) {
@@ -232,6 +237,7 @@ void PolytopeSearch::judge_distance() {
   // Of those that kiss, the closest points tell no direction.
   if (found.kind == Closest::Kind::apart && found.distance > kKissing_m) {
     best_ = {true, found.n, 0, found.p_A};
+    best_.names = names_of(std::span(simplex_.corners).first(simplex_.count));
     if (lead_wanted_ > 0) {
       best_.lead = lead_of_closest(simplex_, found.distance);
       if (simplex_.count == 3) best_.sine = edge_sine(std::span(simplex_.corners).first(3));

@@ -68,9 +68,10 @@ class ExpandingSearch {
 /// Two cores from the start: their distance, or their overlap where they are not apart.
 class PolytopeSearch {
  public:
-  /// As for `least_overlap`. All must last. It begins along `toward`, a unit vector.
+  /// As for `least_overlap`. All must last. It begins with the corners of these names, or along
+  /// `toward`, a unit vector, if there are none.
   PolytopeSearch(const ConvexPair& pair, double limit, double lead_wanted, SupportHints& hints,
-                 const Vector& toward);
+                 const Vector& toward, std::uint32_t names = 0);
 
   bool is_done() const { return stage_ == Stage::done; }
   const Vector& direction() const { return *direction_; }  ///< of the support point it waits for

@@ -119,13 +119,13 @@ class CornerSearch {
  private:
   Difference support(const Vector& n) {
     const Vector a = A_.support(n, hint_);
-    return {a - p_[lowest_along(p_, n)], a};
+    return {a - p_[lowest_along(p_, n)], a, 0};
   }
 
   /// A's point `a` and all corners of the triangle.
   Simplex beside(const Vector& a) const {
     Simplex simplex;
-    for (std::size_t k = 0; k < 3; ++k) simplex.corners[k] = {a - p_[k], a};
+    for (std::size_t k = 0; k < 3; ++k) simplex.corners[k] = {a - p_[k], a, 0};
     simplex.count = 3;
     return simplex;
   }

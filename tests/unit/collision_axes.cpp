@@ -1,4 +1,5 @@
-// Searches that begin at a pair's last axis find what those find that know nothing.
+// Searches that begin at a pair's last axis, or at the corners where the last one ended, find what
+// those find that know nothing.
 #include "tests/unit/collision_pairs.h"
 #include "tests/unit/made_in_order.h"
 #include "tests/unit/trials.h"
@@ -11,17 +12,21 @@ constexpr double kMargin = 0.02;  // m
 constexpr double kExact = 1e-9;   // m
 const int kPairs = trials(1000);  // of each pair of kinds
 
-Manifold collide_from(const Pair& pair, const Vector& axis_W, bool was_apart) {
+Manifold collide_with(const Pair& pair, PairHints hints) {
   InOrder in_order(1);
   Collisions collisions(in_order);
-  PairHints hints;
-  hints.axis_W = axis_W;
-  hints.was_apart = was_apart;
   hints.wants_lead = true;
   collisions.add(0, {pair.A.shape, pair.X_WA, pair.A.geometry.get()},
                  {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, kMargin, hints);
   collisions.finish();
   return in_order.made[0];
+}
+
+Manifold collide_from(const Pair& pair, const Vector& axis_W, bool was_apart) {
+  PairHints hints;
+  hints.axis_W = axis_W;
+  hints.was_apart = was_apart;
+  return collide_with(pair, hints);
 }
 
 /// Pairs that overlap, are within the margin, or beyond.
@@ -89,4 +94,37 @@ TEST_CASE("what is apart is told along the axis that it was apart along, while t
   CAPTURE(along_axis, searches);
   CHECK(along_axis > searches * 9 / 10);
   CHECK(searches > kPairs);
+}
+
+TEST_CASE("a search that begins with the corners of the last one, or any others, finds the same") {
+  Random random;
+  constexpr ShapeKind kPartners[] = {ShapeKind::hull, ShapeKind::box, ShapeKind::capsule,
+                                     ShapeKind::sphere};
+  int remembered = 0, touching = 0;
+  for (int trial = 0; trial < 8 * kPairs; ++trial) {
+    CAPTURE(trial);
+    Pair pair = trial % 2 == 0 ? pair_near(random, ShapeKind::hull, kPartners[trial / 2 % 4])
+                               : pair_near(random, kPartners[trial / 2 % 4], ShapeKind::hull);
+    PairHints hints;
+    hints.choice = pair.collide(kMargin).choice;
+    remembered += hints.choice != 0;
+    // As in the next tick, or long after; or with what another pair remembers.
+    const double moved = std::pow(10, random.uniform(-5, 0));
+    pair.X_WB.x += moved * random.direction();
+    if (trial % 5 == 0) hints.choice = static_cast<std::uint32_t>(random.uniform(0, 4294967295.0));
+    const Manifold alone = pair.collide(kMargin), found = collide_with(pair, hints);
+    const double s = overlap(pair, pair.collide(1).normal_W);
+    if (std::abs(s + kMargin) < kExact) continue;
+    REQUIRE((found.count > 0) == (alone.count > 0));
+    if (found.count == 0) {
+      REQUIRE(found.lead <= -s + kExact);
+      continue;
+    }
+    ++touching;
+    REQUIRE(std::abs(deepest(found) - overlap(pair, found.normal_W)) < kExact);
+    REQUIRE(std::abs(deepest(found) - deepest(alone)) < kExact);
+  }
+  CAPTURE(remembered, touching);
+  CHECK(remembered > kPairs);
+  CHECK(touching > kPairs);
 }

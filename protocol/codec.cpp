@@ -77,12 +77,6 @@ const Layout& layout(MessageKind kind) {
 constexpr std::size_t kFingerprintBytes = 8;
 constexpr std::size_t kCountBytes = 4;
 
-std::int64_t read_big_endian(ByteView bytes) {
-  std::uint64_t value = 0;
-  for (std::uint8_t byte : bytes) value = value << 8 | byte;
-  return static_cast<std::int64_t>(value);
-}
-
 /// The count, which comes right after the fingerprint; payload must be that long.
 std::int64_t read_count(ByteView payload) {
   return static_cast<std::int32_t>(
@@ -130,8 +124,8 @@ std::optional<Command> decode_command_as(MessageKind kind, ByteView payload) {
 
 int items_per_datagram(MessageKind kind, int datagram_bytes) {
   const auto [fixed, item] = layout(kind);
-  constexpr int kChannelBytes = 64;
-  const int room = datagram_bytes - kChannelBytes - limits::kTrailerBytes - fixed;
+  constexpr int kLongestChannelBytes = 64;
+  const int room = datagram_bytes - kLongestChannelBytes - limits::kTrailerBytes - fixed;
   return item == 0 ? 1 : std::max(1, room / item);
 }
 
@@ -156,7 +150,9 @@ bool has_exact_size(MessageKind kind, ByteView payload) {
 std::optional<CommandHeader> peek_header(MessageKind kind, ByteView payload) {
   const std::size_t at = kFingerprintBytes + (layout(kind).item == 0 ? 0 : kCountBytes);
   if (!is_command(kind) || payload.size() < at + 4 * sizeof(std::int64_t)) return std::nullopt;
-  const auto field = [&](std::size_t i) { return read_big_endian(payload.subspan(at + 8 * i, 8)); };
+  const auto field = [&](std::size_t i) {
+    return static_cast<std::int64_t>(read_big_endian(payload.subspan(at + 8 * i, 8)));
+  };
   CommandHeader header;
   const wire::command_header_v1 fields{field(0), field(1), field(2), field(3)};
   return from_wire(fields, header) ? std::optional(header) : std::nullopt;

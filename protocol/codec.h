@@ -20,6 +20,13 @@ namespace cradle {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
+/// Of eight bytes at most.
+inline std::uint64_t read_big_endian(ByteView bytes) {
+  std::uint64_t value = 0;
+  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
+  return value;
+}
+
 /// Largest number of items that a message of this kind can hold in `datagram_bytes`, at least 1
 /// for kinds without items.
 int items_per_datagram(MessageKind kind, int datagram_bytes);

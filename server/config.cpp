@@ -102,7 +102,7 @@ const Setting kSettings[] = {
 
 }  // namespace
 
-std::span<const Setting> settings() { return kSettings; }
+std::span<const Setting> all_settings() { return kSettings; }
 
 std::string Setting::variable() const {
   std::string name = "CRADLE_";

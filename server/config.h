@@ -51,7 +51,7 @@ struct Setting {
 };
 
 /// All of them, in the order of the documentation.
-std::span<const Setting> settings();
+std::span<const Setting> all_settings();
 
 /// The value as TOML: what a configuration file says after the '='.
 std::string value_text(const Setting& setting, const Config& config);

@@ -25,7 +25,7 @@ using Faults = std::multimap<int, std::string>;  // by line
 
 std::vector<std::string_view> all_keys() {
   std::vector<std::string_view> keys;
-  for (const Setting& setting : settings()) keys.push_back(setting.key);
+  for (const Setting& setting : all_settings()) keys.push_back(setting.key);
   return keys;
 }
 
@@ -78,7 +78,7 @@ Faults add_file(const std::string& path, LoadedConfig& config) {
     faults.emplace(0, path + ": is a scene, not a configuration: try cradled explain " + path);
   }
   const TomlTable table(file, keys);
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     if (!table.has(setting.key)) continue;
     Config values = config.values;
     try {  // every fault is wanted, not the first
@@ -99,7 +99,7 @@ Faults add_file(const std::string& path, LoadedConfig& config) {
 }
 
 const Setting* setting_of_variable(std::string_view name) {
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     if (setting.variable() == name) return &setting;
   }
   return nullptr;
@@ -107,7 +107,7 @@ const Setting* setting_of_variable(std::string_view name) {
 
 [[noreturn]] void refuse_variable(const std::string& name) {
   std::vector<std::string> variables;
-  for (const Setting& setting : settings()) variables.push_back(setting.variable());
+  for (const Setting& setting : all_settings()) variables.push_back(setting.variable());
   std::string word = name;
   for (char& c : word) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   throw ConfigError(
@@ -128,7 +128,7 @@ void add_environment(const NamedTexts& environment, LoadedConfig& config) {
 }
 
 void add_flags(const NamedTexts& flags, LoadedConfig& config) {
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     for (const auto& [flag, text] : flags) {
       if (setting.flag() != flag) continue;
       const std::string fault = set_text(setting, text, config.values);
@@ -163,7 +163,7 @@ NamedTexts process_environment() {
 }
 
 LoadedConfig::LoadedConfig() {
-  for (const Setting& setting : settings()) origins[setting.key] = {};
+  for (const Setting& setting : all_settings()) origins[setting.key] = {};
 }
 
 LoadedConfig load_config(const ConfigSources& sources) {
@@ -211,7 +211,7 @@ std::string meaning(std::string_view key, const Config& config) {
 
 void print_config(std::ostream& out, const LoadedConfig& config) {
   Config values = config.values;
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     // Whoever reads it may do so from another folder.
     if (std::string* path = path_in(values, setting)) *path = fs::absolute(*path).string();
     std::string origin = config.origins.at(setting.key).text();

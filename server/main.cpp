@@ -55,7 +55,7 @@ struct ServeFlags {
 void add_settings(CLI::App& command, ServeFlags& flags) {
   command.add_option("--config", flags.config,
                      std::string("configuration (TOML) instead of ") + kDefaultConfigFile);
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     const bool is_bool = std::holds_alternative<bool Config::*>(setting.field);
     const std::string name = setting.flag(), meaning(setting.meaning);
     const CLI::Option* option = is_bool ? command.add_flag(name, meaning)

@@ -125,7 +125,7 @@ void Process::reload() {
     return tell_nothing(error.what());
   }
   int changes = 0;
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     const std::string key(setting.key);
     const std::string now = value_text(setting, config_.values);
     const std::string then = value_text(setting, wanted.values);

@@ -19,7 +19,7 @@ namespace cradle {
 namespace {
 
 /// A positive number of the environment; 0 if there is none.
-std::int64_t number(const char* variable) {
+std::int64_t number_in(const char* variable) {
   const char* const text = std::getenv(variable);
   std::int64_t value = 0;
   if (text != nullptr) std::from_chars(text, text + std::strlen(text), value);
@@ -48,8 +48,8 @@ ServiceManager::ServiceManager() {
   address_bytes_ = static_cast<unsigned>(offsetof(sockaddr_un, sun_path) + bytes);
   socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 
-  const std::int64_t watched_process = number("WATCHDOG_PID");
-  const std::int64_t period_us = number("WATCHDOG_USEC");
+  const std::int64_t watched_process = number_in("WATCHDOG_PID");
+  const std::int64_t period_us = number_in("WATCHDOG_USEC");
   if (period_us == 0 || (watched_process != 0 && watched_process != ::getpid())) return;
   constexpr std::int64_t kShortest_us = 1000;  // the loop has more to do
   watchdog_ = repeating_timer(std::max(period_us / 4, kShortest_us));

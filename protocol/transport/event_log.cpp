@@ -12,18 +12,12 @@ namespace cradle {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> kSync = {0xed, 0xa1, 0xda, 0x01};
-constexpr std::size_t kHeaderBytes = 28;
+constexpr std::size_t kEventHeaderBytes = 28;
 constexpr std::size_t kTimeAt = 12, kChannelLengthAt = 20, kPayloadLengthAt = 24;
 constexpr std::size_t kChannelMax = 63;       // of LCM
 constexpr std::size_t kPayloadMax = 1 << 16;  // of a datagram
 constexpr std::size_t kReadBytes = 1 << 18;
 constexpr std::size_t kDamageMax = 1 << 26;  // a longer stretch ends the reading
-
-std::uint64_t read_big_endian(ByteView bytes) {
-  std::uint64_t value = 0;
-  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
-  return value;
-}
 
 bool begins_event(ByteView bytes) {
   return bytes.size() >= kSync.size() && std::equal(kSync.begin(), kSync.end(), bytes.begin());
@@ -69,8 +63,8 @@ std::size_t EventLogReader::pass_over() {
 std::optional<LoggedMessage> EventLogReader::next() {
   std::size_t passed_over = 0;
   while (passed_over <= kDamageMax && !look(1).empty()) {
-    const ByteView header = look(kHeaderBytes);
-    if (header.size() < kHeaderBytes || !begins_event(header)) {
+    const ByteView header = look(kEventHeaderBytes);
+    if (header.size() < kEventHeaderBytes || !begins_event(header)) {
       passed_over += pass_over();
       continue;
     }
@@ -80,7 +74,7 @@ std::optional<LoggedMessage> EventLogReader::next() {
       passed_over += pass_over();
       continue;
     }
-    const std::size_t size = kHeaderBytes + channel_length + payload_length;
+    const std::size_t size = kEventHeaderBytes + channel_length + payload_length;
     const ByteView event = look(size + kSync.size());
     const bool is_last = event.size() == size;
     if (event.size() < size || !(is_last || begins_event(event.subspan(size)))) {
@@ -89,8 +83,8 @@ std::optional<LoggedMessage> EventLogReader::next() {
     }
     is_damaged_ = false;
     begin_ += size;
-    const ByteView channel = event.subspan(kHeaderBytes, channel_length);
-    const ByteView payload = event.subspan(kHeaderBytes + channel_length, payload_length);
+    const ByteView channel = event.subspan(kEventHeaderBytes, channel_length);
+    const ByteView payload = event.subspan(kEventHeaderBytes + channel_length, payload_length);
     return LoggedMessage{static_cast<std::int64_t>(read_big_endian(event.subspan(kTimeAt, 8))),
                          {channel.begin(), channel.end()},
                          {payload.begin(), payload.end()}};

@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Message {
+struct DelayedMessage {
   std::string channel;
   Bytes payload;
 };
@@ -23,7 +23,7 @@ class Channel {
       : lossiness_(lossiness), random_(lossiness.seed * 2 + direction) {}
 
   template <class Pass>
-  void put(Message message, const Pass& pass) {
+  void put(DelayedMessage message, const Pass& pass) {
     const int copies = chance(lossiness_.loss) ? 0 : chance(lossiness_.duplication) ? 2 : 1;
     for (int copy = 0; copy < copies; ++copy) {
       const bool is_held_back = chance(lossiness_.reordering);
@@ -53,7 +53,7 @@ class Channel {
 
  private:
   struct Held {
-    Message message;
+    DelayedMessage message;
     int wait = 0;  ///< for that many others
     Clock::time_point due;
   };
@@ -92,7 +92,7 @@ class Channel {
 /// What comes out of the outward channel goes on its way.
 struct Sender {
   Transport& transport;
-  void operator()(const Message& message) const {
+  void operator()(const DelayedMessage& message) const {
     transport.send(message.channel, message.payload);
   }
 };
@@ -120,7 +120,7 @@ class LossyTransport final : public Transport {
       timeout = std::clamp(left, std::chrono::microseconds(0), timeout);
     }
     int count = 0;
-    const auto pass = [&](const Message& message) {
+    const auto pass = [&](const DelayedMessage& message) {
       ++count;
       sink(message.channel, message.payload);
     };

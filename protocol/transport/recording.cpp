@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr std::string_view kScheme = "file://";
+constexpr std::string_view kRecordingScheme = "file://";
 constexpr double kSpeedMin = 1e-3, kSpeedMax = 1e3;
 constexpr std::size_t kOtherWorldsKept = 8;
 
@@ -51,7 +51,7 @@ std::string quoted(const std::string& path) {
   return text;
 }
 
-bool set_option(RecordingUrl& url, std::string_view option) {
+bool set_url_option(RecordingUrl& url, std::string_view option) {
   constexpr std::string_view kSpeed = "speed=", kStates = "states=";
   if (option.starts_with(kSpeed)) {
     option.remove_prefix(kSpeed.size());
@@ -68,18 +68,19 @@ bool set_option(RecordingUrl& url, std::string_view option) {
 
 }  // namespace
 
-bool is_recording_url(std::string_view text) { return text.starts_with(kScheme); }
+bool is_recording_url(std::string_view text) { return text.starts_with(kRecordingScheme); }
 
 std::string RecordingUrl::text() const {
   char speed_text[32];
   const auto end = std::to_chars(speed_text, speed_text + sizeof speed_text, speed).ptr;
-  std::string all = std::string(kScheme) + quoted(path) + "?speed=" + std::string(speed_text, end);
+  std::string all =
+      std::string(kRecordingScheme) + quoted(path) + "?speed=" + std::string(speed_text, end);
   return states_path.empty() ? all : all + "&states=" + quoted(states_path);
 }
 
 std::optional<RecordingUrl> parse_recording_url(std::string_view text) {
   if (!is_recording_url(text)) return std::nullopt;
-  text.remove_prefix(kScheme.size());
+  text.remove_prefix(kRecordingScheme.size());
   const auto mark = std::min(text.find('?'), text.size());
   const auto path = path_of(text.substr(0, mark));
   if (!path) return std::nullopt;
@@ -89,7 +90,7 @@ std::optional<RecordingUrl> parse_recording_url(std::string_view text) {
   while (!text.empty()) {  // at a ? or &
     text.remove_prefix(1);
     const auto end = std::min(text.find('&'), text.size());
-    if (!set_option(url, text.substr(0, end))) return std::nullopt;
+    if (!set_url_option(url, text.substr(0, end))) return std::nullopt;
     text.remove_prefix(end);
   }
   return url;

@@ -15,15 +15,12 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "server/collision/lead.h"
 #include "server/collision/surface.h"
 
 namespace cradle {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Tries directions and keeps the best.
 class BestDirection {

@@ -18,7 +18,6 @@
 // Where edges or corners are nearest, the rest of the faces is told as far as the foresight goes.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "server/collision/box_batch.h"
 #include "server/collision/box_corners.h"
@@ -31,8 +30,7 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kParallel2 = 1e-12;  // squared sine: below, two edges have no common normal
+constexpr double kParallelEdges2 = 1e-12;  // squared sine: below, two edges have no common normal
 
 /// Null: the manifold has no point.
 ContactPoint* deepest(Manifold& manifold) {
@@ -53,7 +51,7 @@ void lower(Manifold& manifold, double missed, double slack) {
 }
 
 /// How far a point over a face across `axis` is from its sides.
-double inside_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p_W) {
+double inside_box_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p_W) {
   const Vector p = X_WB.R.transpose() * (p_W - X_WB.x);
   Vector inside = to_eigen(box.half_extents_m()) - p.cwiseAbs();
   inside[axis] = kInfinity;
@@ -73,7 +71,7 @@ void BoxBatch::Facing::set(Manifold& manifold) const {
 
 /// How far a point over the reference face is from its sides.
 double BoxBatch::Facing::inside(const Vector& p_W) const {
-  return inside_face(on_A() ? *pair.A : *pair.B, reference_pose(), reference().axis, p_W);
+  return inside_box_face(on_A() ? *pair.A : *pair.B, reference_pose(), reference().axis, p_W);
 }
 
 /// Of boxes apart: whether they are nearest on edges along these axes of theirs.
@@ -103,7 +101,7 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
   bool bears = true;
   const auto try_normal = [&](Vector n, auto holds) {  // whether no other need be tried
     const double length2 = n.squaredNorm();
-    if (!(length2 > kParallel2)) return false;
+    if (!(length2 > kParallelEdges2)) return false;
     n *= (n.dot(along) < 0 ? -1 : 1) / std::sqrt(length2);
     const double cosine = n.dot(along), s = separation_along(n);
     const double off = std::abs(cosine * point.separation - s) - kTolerances.tie_m;

@@ -156,19 +156,20 @@ bool BoxGrid::visit_ranges(const Probe& probe, std::int32_t slot, const Ranges& 
   for (std::size_t r = 0; r < ranges.count; ++r) {
     const Range range = ranges.ranges[r];
     const std::uint32_t count = range.end - range.begin;
-    const unsigned within = (1U << std::min<std::uint32_t>(count, kLanes)) - 1;
+    const unsigned within = (1U << std::min<std::uint32_t>(count, kFloatLanes)) - 1;
     const unsigned here = probe.overlaps(lower + range.begin, upper + range.begin, stride_);
-    hits |= std::uint64_t{here & within} << (kLanes * r);
-    has_more |= count > kLanes;
+    hits |= std::uint64_t{here & within} << (kFloatLanes * r);
+    has_more |= count > kFloatLanes;
   }
   for (; hits != 0; hits &= hits - 1) {
     const auto bit = static_cast<unsigned>(std::countr_zero(hits));
-    if (!visit(slot, slots_[ranges.ranges[bit / kLanes].begin + bit % kLanes])) return false;
+    if (!visit(slot, slots_[ranges.ranges[bit / kFloatLanes].begin + bit % kFloatLanes]))
+      return false;
   }
   for (std::size_t r = 0; has_more && r < ranges.count; ++r) {
     const auto [begin, end] = ranges.ranges[r];
-    if (end - begin <= kLanes) continue;
-    if (!visit_range(probe, slot, {begin + static_cast<std::uint32_t>(kLanes), end}, visit))
+    if (end - begin <= kFloatLanes) continue;
+    if (!visit_range(probe, slot, {begin + static_cast<std::uint32_t>(kFloatLanes), end}, visit))
       return false;
   }
   return true;
@@ -178,9 +179,9 @@ template <class F>
 bool BoxGrid::visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const {
   const float* const lower = bounds_.data();
   const float* const upper = lower + 3 * stride_;
-  for (std::uint32_t at = range.begin; at < range.end; at += kLanes) {
+  for (std::uint32_t at = range.begin; at < range.end; at += kFloatLanes) {
     unsigned hits = probe.overlaps(lower + at, upper + at, stride_);
-    if (range.end - at < kLanes) hits &= (1U << (range.end - at)) - 1;
+    if (range.end - at < kFloatLanes) hits &= (1U << (range.end - at)) - 1;
     for (; hits != 0; hits &= hits - 1) {
       if (!visit(slot, slots_[at + static_cast<unsigned>(std::countr_zero(hits))])) return false;
     }

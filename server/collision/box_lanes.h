@@ -21,7 +21,7 @@
 namespace cradle {
 
 inline constexpr double kFloatReach = 3e38;  ///< beyond it coordinates are cut off
-inline constexpr std::size_t kLanes = 4;
+inline constexpr std::size_t kFloatLanes = 4;
 
 /// The fourth numbers are 0.
 struct FloatBox {
@@ -128,11 +128,11 @@ inline FloatBox hull(const FloatBox& a, const FloatBox& b) {
 
 /// Four boxes, one a lane. Lanes nobody has set meet nothing.
 struct BoxLanes {
-  alignas(16) float lower[3][kLanes];
-  alignas(16) float upper[3][kLanes];
+  alignas(16) float lower[3][kFloatLanes];
+  alignas(16) float upper[3][kFloatLanes];
 
   BoxLanes() {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) clear(lane);
+    for (std::size_t lane = 0; lane < kFloatLanes; ++lane) clear(lane);
   }
   void clear(std::size_t lane) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -178,7 +178,7 @@ class Probe {
 
   /// Bit i: the box overlaps that of lane i.
   unsigned overlaps(const BoxLanes& lanes) const {
-    return overlaps(lanes.lower[0], lanes.upper[0], kLanes);
+    return overlaps(lanes.lower[0], lanes.upper[0], kFloatLanes);
   }
 
 #if defined(__SSE2__)
@@ -204,7 +204,7 @@ class Probe {
 
   unsigned overlaps(const float* lower, const float* upper, std::size_t stride) const {
     unsigned bits = 0;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    for (std::size_t lane = 0; lane < kFloatLanes; ++lane) {
       bool all = true;
       for (std::size_t k = 0; k < 3; ++k) {
         all &= lower[k * stride + lane] <= upper_[k];

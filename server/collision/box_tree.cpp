@@ -15,10 +15,10 @@ constexpr int kBitsPerAxis = 16;
 constexpr std::size_t kRadixFrom = 1024;  // below, comparing is quicker than counting
 constexpr int kDigitBits = 12;
 
-using Point = std::array<float, 3>;
+using TreePoint = std::array<float, 3>;
 
-Point middle(const FloatBox& box) {
-  Point point;
+TreePoint middle(const FloatBox& box) {
+  TreePoint point;
   for (std::size_t k = 0; k < 3; ++k) point[k] = 0.5F * box.lower[k] + 0.5F * box.upper[k];
   return point;
 }
@@ -55,7 +55,7 @@ MortonCurve::MortonCurve(std::span<const FloatBox> boxes, std::span<const std::i
 std::uint64_t MortonCurve::place(const FloatBox& box) const {
   constexpr float half = 1 << (kBitsPerAxis - 1);
   constexpr float limit = 1e30F;  // so that t / (1 + |t|) is a number
-  const Point p = middle(box);
+  const TreePoint p = middle(box);
   std::uint64_t result = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const float t = std::clamp((0.5F * p[k] - 0.5F * centre_[k]) * scale_, -limit, limit);
@@ -104,14 +104,14 @@ void BoxTree::refit(std::span<const FloatBox> boxes) {
   levels_.clear();
   if (slots_.empty()) return;
   for (std::size_t below = slots_.size();;) {
-    const std::size_t count = (below + kLanes - 1) / kLanes;
+    const std::size_t count = (below + kFloatLanes - 1) / kFloatLanes;
     const std::size_t begin = nodes_.size();
     const std::size_t children = levels_.empty() ? 0 : levels_.back();
     nodes_.resize(begin + count);
     for (std::size_t i = 0; i < below; ++i) {
-      nodes_[begin + i / kLanes].set(i % kLanes, levels_.empty()
-                                                     ? boxes[static_cast<std::size_t>(slots_[i])]
-                                                     : nodes_[children + i].bounds());
+      nodes_[begin + i / kFloatLanes].set(
+          i % kFloatLanes, levels_.empty() ? boxes[static_cast<std::size_t>(slots_[i])]
+                                           : nodes_[children + i].bounds());
     }
     levels_.push_back(begin);
     if (count == 1) return;
@@ -137,10 +137,11 @@ void BoxTree::index_oldest() {
         const auto& child = oldest_[levels_[level - 1] + i];
         oldest = *std::min_element(child.begin(), child.end());
       }
-      oldest_[levels_[level] + i / kLanes][i % kLanes] = oldest;
+      oldest_[levels_[level] + i / kFloatLanes][i % kFloatLanes] = oldest;
     }
-    for (std::size_t i = below; i % kLanes != 0; ++i) {
-      oldest_[levels_[level] + i / kLanes][i % kLanes] = std::numeric_limits<std::int32_t>::max();
+    for (std::size_t i = below; i % kFloatLanes != 0; ++i) {
+      oldest_[levels_[level] + i / kFloatLanes][i % kFloatLanes] =
+          std::numeric_limits<std::int32_t>::max();
     }
   }
 }

@@ -55,7 +55,7 @@ class BoxTree {
   /// From now on this box meets nothing. The boxes above it stay as they are.
   void remove(std::int32_t place) {
     const auto i = static_cast<std::size_t>(place);
-    nodes_[i / kLanes].clear(i % kLanes);
+    nodes_[i / kFloatLanes].clear(i % kFloatLanes);
   }
 
   /// Slots have changed: `now` has the new one of each, negative for boxes that are no more.
@@ -74,7 +74,7 @@ class BoxTree {
   std::int64_t query_if(May&& may, F&& visit) const {
     const auto lanes_of = [&may](const BoxLanes& node) {
       unsigned lanes = 0;
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (std::size_t lane = 0; lane < kFloatLanes; ++lane) {
         if (may(node.get(lane))) lanes |= 1U << lane;
       }
       return lanes;
@@ -94,7 +94,7 @@ class BoxTree {
       const Entry at = stack[--top];
       ++nodes;
       for (unsigned hits = overlaps(node(at.level, at.index)); hits != 0; hits &= hits - 1) {
-        const std::size_t child = at.index * kLanes + lane_of(hits);
+        const std::size_t child = at.index * kFloatLanes + lane_of(hits);
         if (at.level == 0) {
           visit(slots_[child]);
         } else {
@@ -151,7 +151,7 @@ class BoxTree {
   std::vector<std::int32_t> slots_;  // in the order of the curve
   std::vector<BoxLanes> nodes_;      // level 0 first: its lanes are the boxes
   std::vector<std::size_t> levels_;  // where each begins in nodes_; the last is the root's
-  std::vector<std::array<std::int32_t, kLanes>> oldest_;  // smallest slot below each lane
+  std::vector<std::array<std::int32_t, kFloatLanes>> oldest_;  // smallest slot below each lane
   struct Key {
     std::uint64_t code;
     std::int32_t slot;
@@ -169,8 +169,8 @@ struct BoxTree::Join {
   /// Pairs below one node. False: no more are wanted.
   bool inside(std::size_t level, std::size_t index) {
     const BoxLanes& node = tree.node(level, index);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::size_t child = index * kLanes + lane;
+    for (std::size_t lane = 0; lane < kFloatLanes; ++lane) {
+      const std::size_t child = index * kFloatLanes + lane;
       if (level > 0) {
         if (child >= tree.nodes_in(level - 1)) return true;
         if (!inside(level - 1, child)) return false;
@@ -188,7 +188,7 @@ struct BoxTree::Join {
     for (unsigned lanes = other_box.overlaps(node); lanes != 0; lanes &= lanes - 1) {
       const std::size_t lane = lane_of(lanes);
       const unsigned hits = Probe(node.get(lane)).overlaps(against);
-      if (!meet(level, one * kLanes + lane, hits, other)) return false;
+      if (!meet(level, one * kFloatLanes + lane, hits, other)) return false;
     }
     return true;
   }
@@ -197,7 +197,7 @@ struct BoxTree::Join {
     ++nodes;
     for (; hits != 0; hits &= hits - 1) {
       const std::size_t lane = lane_of(hits);
-      const std::size_t other = index * kLanes + lane;
+      const std::size_t other = index * kFloatLanes + lane;
       if (level == 0) {
         if (!visit(tree.slots_[child], tree.slots_[other])) return false;
       } else {
@@ -225,7 +225,7 @@ struct BoxTree::Oldest {
   void look(std::size_t level, std::size_t index) {
     ++nodes;
     const auto& oldest = tree.oldest_[tree.levels_[level] + index];
-    std::array<std::size_t, kLanes> lanes{};
+    std::array<std::size_t, kFloatLanes> lanes{};
     std::size_t found = 0;
     for (unsigned hits = probe.overlaps(tree.node(level, index)); hits != 0; hits &= hits - 1) {
       std::size_t at = found++;
@@ -237,7 +237,7 @@ struct BoxTree::Oldest {
       const std::int32_t slot = oldest[lanes[k]];
       if (!matters(slot)) return;
       if (level > 0) {
-        look(level - 1, index * kLanes + lanes[k]);
+        look(level - 1, index * kFloatLanes + lanes[k]);
       } else if (accept(slot)) {
         slots.insert(std::upper_bound(slots.begin(), slots.end(), slot), slot);
         if (slots.size() > count) slots.pop_back();

@@ -3,22 +3,23 @@
 namespace cradle {
 namespace {
 
-struct Method {
+struct BroadPhaseMethod {
   const char* name;
   std::unique_ptr<BroadPhase> (*make)();
 };
-constexpr Method kMethods[] = {{"kept", make_kept_broad_phase}, {"fcl", make_fcl_broad_phase}};
+constexpr BroadPhaseMethod kBroadPhases[] = {{"kept", make_kept_broad_phase},
+                                             {"fcl", make_fcl_broad_phase}};
 
 }  // namespace
 
 std::vector<std::string> broad_phase_names() {
   std::vector<std::string> names;
-  for (const Method& method : kMethods) names.emplace_back(method.name);
+  for (const BroadPhaseMethod& method : kBroadPhases) names.emplace_back(method.name);
   return names;
 }
 
 std::unique_ptr<BroadPhase> make_broad_phase(std::string_view name) {
-  for (const Method& method : kMethods) {
+  for (const BroadPhaseMethod& method : kBroadPhases) {
     if (name == method.name) return method.make();
   }
   return nullptr;

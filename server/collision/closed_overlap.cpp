@@ -37,18 +37,18 @@ namespace cradle {
 namespace {
 
 // The closest points of what is apart.
-constexpr int kStepsMax = 4;
-constexpr double kSure = 1e-12;      // distances this near to each other are one: relative, and
-constexpr double kRounding = 1e-15;  // of the way between the middles
-constexpr double kKissing_m = 1e-8;  // nearer than this, closest points tell no direction
+constexpr int kClosestStepsMax = 4;
+constexpr double kSure = 1e-12;  // distances this near to each other are one: relative, and
+constexpr double kRoundingOfWay = 1e-15;  // of the way between the middles
 
 }  // namespace
 
 LeastOverlap OverlapSearch::result(const Vector& edge) const {
   const Vector& n = best_.n;
   // Where P touches Q, with P where it is.
-  Vector p = touch_ == Touch::on_Q ? Vector(point_of_Q(n) + best_.overlap * n) : point_of_P(n);
-  if (touch_ == Touch::lines) {
+  Vector p =
+      touch_ == OverlapTouch::on_Q ? Vector(point_of_Q(n) + best_.overlap * n) : point_of_P(n);
+  if (touch_ == OverlapTouch::lines) {
     const Vector q = point_of_Q(n);
     const double from = edge.dot(p);
     const double end = P_.kind == ShapeKind::box ? box_reach(edge) : P_.size.y();
@@ -66,7 +66,7 @@ LeastOverlap OverlapSearch::as_A_sees(LeastOverlap found) const {
 }
 
 std::optional<LeastOverlap> OverlapSearch::at_face() const {
-  const bool is_of_A = (touch_ == Touch::on_Q) != is_swapped_;
+  const bool is_of_A = (touch_ == OverlapTouch::on_Q) != is_swapped_;
   return certain_at_face(pair_, result(), is_of_A ? FaceDirection::Of::A : FaceDirection::Of::B,
                          lead_wanted_);
 }
@@ -76,14 +76,14 @@ std::optional<LeastOverlap> OverlapSearch::at_face() const {
 std::optional<LeastOverlap> OverlapSearch::closest_points(const Vector& edge) {
   const LeastOverlap along = result(edge);
   Vector p = is_swapped_ ? Vector(pair_.R.transpose() * (along.p_A - pair_.t)) : along.p_A;
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kClosestStepsMax; ++step) {
     const Vector q = nearest_of_Q(p);
     p = nearest_of_P(q);
     const Vector v = q - p;
     const double distance = v.norm();
     if (distance < kKissing_m) return along;
-    attempt(v / distance, Touch::on_P);
-    if (-best_.overlap < distance - kSure * distance - kRounding * c_.norm()) continue;
+    attempt(v / distance, OverlapTouch::on_P);
+    if (-best_.overlap < distance - kSure * distance - kRoundingOfWay * c_.norm()) continue;
     if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
     return as_A_sees({true, best_.n, best_.overlap, p, lead_by_turn(distance)});
   }

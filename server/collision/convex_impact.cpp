@@ -24,7 +24,7 @@
 //
 // Guarantees: before the time told, the parts are nowhere nearer than the gap, up to rounding; a
 // pair that begins nearer than that is nowhere deeper than `deeper` below where it began. The
-// search ends after kIterationsMax at a time that is safe as well: conservative, and told.
+// search ends after kAdvancesMax at a time that is safe as well: conservative, and told.
 // Overlap at the start is measured by least_overlap: its faults (see there) can make an early hit,
 // never a late one.
 // Cost: an iteration is a search for closest points and two support points: 0.2 .. 1.5 us.
@@ -40,8 +40,7 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kIterationsMax = 200;  // a rod that grazes at 60 rad/s took more than 100
+constexpr int kAdvancesMax = 200;  // a rod that grazes at 60 rad/s took more than 100
 
 /// Of the thickness of the thinner part. Test: "a bullet stops before the wall".
 constexpr double kGapShare = 0.02;
@@ -101,9 +100,9 @@ struct Separation {
 };
 
 /// Both parts, at one time after the other.
-class Meeting {
+class ConvexMeeting {
  public:
-  Meeting(const MovingPart& A, const MovingPart& B, bool is_planar)
+  ConvexMeeting(const MovingPart& A, const MovingPart& B, bool is_planar)
       : A_(A), B_(B), is_planar_(is_planar), rates_A_(A, is_planar), rates_B_(B, is_planar) {}
 
   /// The signed distance, and its direction. `near` is a direction not far from that.
@@ -220,11 +219,11 @@ TimeOfImpact convex_impact(const MovingPart& A, const MovingPart& B, ImpactGoal 
   const double share = kind == ImpactGoal::touch ? kTouchShare : 1.0;
   const double tolerance = share * lengths.tolerance;
   double goal = kind == ImpactGoal::contact ? -lengths.deeper : share * lengths.gap;
-  Meeting meeting(A, B, is_planar);
+  ConvexMeeting meeting(A, B, is_planar);
   double time = 0;
   const Vector between = B.start.X_WB.x - A.start.X_WB.x;
   Vector n = between.squaredNorm() > 0 ? between.normalized() : Vector(Vector::UnitZ());
-  while (result.iterations < kIterationsMax) {
+  while (result.iterations < kAdvancesMax) {
     const Separation now = meeting.distance(time, n);
     if (!std::isfinite(now.s)) return result;
     ++result.iterations;

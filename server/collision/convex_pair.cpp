@@ -24,8 +24,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// How far the shape of a face reaches along the face's normal.
 double reach_of(const SupportFeature& face) {
   double reach = -kInfinity;
@@ -155,7 +153,7 @@ int names_first(const ConvexShape& shape) {
   return shape.kind == ShapeKind::box || shape.kind == ShapeKind::hull ? 1 : 0;
 }
 
-Manifold apart(const Vector& n_W, double separation) {
+Manifold manifold_apart(const Vector& n_W, double separation) {
   Manifold nothing;
   nothing.normal_W = n_W;
   nothing.lead = separation;
@@ -188,14 +186,15 @@ double lead_worth_knowing(const ConvexPair& pair) {
 
 Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHints& hints,
                          const Pose& X_WA, double margin) {
-  if (!least.is_within_limit) return apart(X_WA.R * least.n, -least.overlap - pair.radii());
+  if (!least.is_within_limit)
+    return manifold_apart(X_WA.R * least.n, -least.overlap - pair.radii());
 
   SupportFeature A = support_feature(pair.A, least.n, hints.A, least.farthest.A);
   SupportFeature B =
       support_feature(pair.B, -(pair.R.transpose() * least.n), hints.B, least.farthest.B);
   sharpen(pair, A, B, least, hints);
   const double s = -least.overlap - pair.radii();
-  if (!(s <= margin)) return apart(X_WA.R * least.n, s);
+  if (!(s <= margin)) return manifold_apart(X_WA.R * least.n, s);
 
   const Matrix T = frame_along(least.n);
   place(A, T, Vector::Zero(), pair.A.radius);
@@ -247,7 +246,7 @@ std::optional<Manifold> still_apart(const Collider& A, const Collider& B, double
   const double separation =
       -core_overlap(pair, A.X_WB.R.transpose() * hints.axis_W, none) - pair.radii();
   if (!(separation > margin)) return std::nullopt;
-  return apart(hints.axis_W, separation);
+  return manifold_apart(hints.axis_W, separation);
 }
 
 }  // namespace cradle

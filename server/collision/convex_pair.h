@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <limits>
 
 #include "server/collision/convex_shape.h"
 #include "server/collision/manifold.h"
@@ -29,10 +28,7 @@ struct ConvexPair {
   bool has_flat() const { return A.is_flat() || B.is_flat(); }
   /// Two hulls that know their likely vertices.
   bool are_quick_hulls = A.is_quick_hull() && B.is_quick_hull();
-  bool is_finite() const {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    return t.squaredNorm() < kInfinity && R.squaredNorm() < kInfinity;
-  }
+  bool is_finite() const { return t.squaredNorm() < kInfinity && R.squaredNorm() < kInfinity; }
   /// From middle to middle, unit: where a search begins that knows nothing better.
   Vector middles() const {
     const double length = centre.norm();
@@ -76,6 +72,8 @@ struct Simplex {
   std::size_t count = 0;
   double gap = 1e-10;  ///< how well the squared distance is to be known, relative
 };
+
+inline constexpr double kKissing_m = 1e-8;  ///< nearer than this, closest points tell no direction
 
 /// What the closest points of two cores tell.
 struct Closest {

@@ -35,13 +35,11 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 constexpr double kVeryDeep = 1.0;  // of the thickness: so deep, minima are many
 constexpr double kFar = 0.1;  // of a squared distance: from there Newton's method finds the rest
 constexpr double kFine = 1e-10;
 
-constexpr int kStepsMax = 40;              // the deepest overlaps of round shapes would take more
+constexpr int kSearchStepsMax = 40;        // the deepest overlaps of round shapes would take more
 constexpr double kLowerShare = 1e-6;       // what counts is lower by that share
 constexpr double kNearlyKnown = 0.3;       // of the overlap: what a face leaves open
 constexpr double kNearlyKnownSmall = 0.1;  // or of the small length
@@ -229,7 +227,7 @@ bool CurvedSearch::begin(const Vector& n, const Difference& top) {
 
 LeastOverlap CurvedSearch::grow() {
   bool has_begun_anew = false;
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kSearchStepsMax; ++step) {
     if (is_broken_) {
       if (has_begun_anew || !begin_anywhere(pair_, hints_, polytope_)) break;
       has_begun_anew = true;

@@ -28,7 +28,7 @@ void OverlapSearch::try_corners(Vector toward) {
     const Vector d = c_ - corner, across = d - b_ * b_.dot(d);
     const double length = across.norm();
     if (!(length > 0)) return;
-    attempt(across / length, Touch::on_P);
+    attempt(across / length, OverlapTouch::on_P);
     toward = across;
   }
 }
@@ -54,7 +54,7 @@ void OverlapSearch::try_edges_and_corners(int& edge) {
     }
     if (!(overlap < best_.overlap)) continue;
     edge = k;
-    take(across / length, overlap, along < 0, Touch::lines);
+    take(across / length, overlap, along < 0, OverlapTouch::lines);
   }
   if (least < r) {  // the axis passes the box beside it
     Vector toward = toward_edge, middle;
@@ -74,11 +74,11 @@ std::optional<LeastOverlap> OverlapSearch::box_cylinder() {
   for (int k = 0; k < 3; ++k) {
     const double across = std::sqrt(squares[(k + 1) % 3] + squares[(k + 2) % 3]);
     take(Vector::Unit(k), h[k] + r * across + H * std::abs(b_[k]) - std::abs(c_[k]), c_[k] < 0,
-         Touch::on_Q);
+         OverlapTouch::on_Q);
     if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   }
   const double height = b_.dot(c_);
-  take(b_, box_reach(b_) + H - std::abs(height), height < 0, Touch::on_P);
+  take(b_, box_reach(b_) + H - std::abs(height), height < 0, OverlapTouch::on_P);
   if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   if (const auto found = at_face()) return found;
 
@@ -87,7 +87,7 @@ std::optional<LeastOverlap> OverlapSearch::box_cylinder() {
   if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   for (int k = 0; k < 3; ++k) {
     try_rim_at_box(cylinder, h, k, c_, best_.overlap,
-                   [&](const Vector& n) { attempt(n, Touch::on_Q); });
+                   [&](const Vector& n) { attempt(n, OverlapTouch::on_Q); });
   }
   const Vector edge_P = edge < 0 ? Vector(Vector::Zero()) : Vector::Unit(edge);
   if (best_.overlap < kTouching_m) return closest_points(edge_P);
@@ -101,25 +101,25 @@ std::optional<LeastOverlap> OverlapSearch::cylinder_cylinder() {
   const double sine = std::sqrt(b_.x() * b_.x() + b_.y() * b_.y());
   const double height = b_.dot(c_);
   take(A.axis, A.half_length + B.radius * sine + B.half_length * cosine - std::abs(c_.z()),
-       c_.z() < 0, Touch::on_Q);
+       c_.z() < 0, OverlapTouch::on_Q);
   take(b_, B.half_length + A.radius * sine + A.half_length * cosine - std::abs(height), height < 0,
-       Touch::on_P);
+       OverlapTouch::on_P);
   if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   if (const auto found = at_face()) return found;
   if (!A_seen.is_round) {
     const double along = A_seen.u.dot(c_);
-    take(A_seen.u, A.radius + B.radius - std::abs(along), along < 0, Touch::lines);
+    take(A_seen.u, A.radius + B.radius - std::abs(along), along < 0, OverlapTouch::lines);
   } else {
     const double across = std::sqrt(c_.x() * c_.x() + c_.y() * c_.y());
     attempt(across > 0 ? Vector(c_.x() / across, c_.y() / across, 0) : Vector(Vector::UnitX()),
-            Touch::on_P);
+            OverlapTouch::on_P);
   }
   if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   // A side adds its radius to what is seen along it.
   try_rim_at_line(A_seen, c_, best_.overlap - B.radius,
-                  [&](const Vector& n) { attempt(n, Touch::on_P); });
+                  [&](const Vector& n) { attempt(n, OverlapTouch::on_P); });
   try_rim_at_line(B_seen, c_, best_.overlap - A.radius,
-                  [&](const Vector& n) { attempt(n, Touch::on_Q); });
+                  [&](const Vector& n) { attempt(n, OverlapTouch::on_Q); });
   if (!A_seen.is_round) try_rims(A, B, A_seen.u);
   if (best_.overlap < kTouching_m) return closest_points(A.axis);
   return result(A.axis);
@@ -145,13 +145,13 @@ void OverlapSearch::try_rims(const Cylinder& A, const Cylinder& B, const Vector&
       if (!(overlap < kPromising * std::abs(best_.overlap))) continue;
       rims.polish(p_A, p_B);
       const double before = best_.overlap;
-      attempt(rims.normal(p_A, p_B), Touch::on_P);
+      attempt(rims.normal(p_A, p_B), OverlapTouch::on_P);
       is_rim = is_rim || best_.overlap < before;
     }
   }
   if (is_rim) return;
   const Direction best = best_;
-  if (touch_ != Touch::lines) try_rim_beside(A, B, best.n, touch_ == Touch::on_Q);
+  if (touch_ != OverlapTouch::lines) try_rim_beside(A, B, best.n, touch_ == OverlapTouch::on_Q);
   for (const bool is_A : {true, false}) {
     const Vector n = toward_Q(is_A ? A.axis : B.axis);
     if (!(reach(n) - n.dot(c_) < kDeepShare * std::abs(best.overlap))) continue;
@@ -182,7 +182,7 @@ void OverlapSearch::try_rim_beside(const Cylinder& A, const Cylinder& B, const V
   const RimPair rims(A, B, c_, is_of_A ? of_one : of_other, is_of_A ? of_other : of_one);
   Vector &p_A = is_of_A ? p_one : p_other, &p_B = is_of_A ? p_other : p_one;
   rims.polish(p_A, p_B);
-  attempt(rims.normal(p_A, p_B), Touch::on_P);
+  attempt(rims.normal(p_A, p_B), OverlapTouch::on_P);
 }
 
 }  // namespace cradle

@@ -18,11 +18,10 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kStepsMax = 32;
-constexpr int kPolished = 3;        // steps after which the rest may be left to Newton's method
-constexpr double kAsLow_m = 1e-11;  // what that finds counts if it is no higher
-constexpr double kStill = 1e-5;     // rad: a step so small ends the descent; the error is less
+constexpr int kDescentStepsMax = 32;
+constexpr int kPolished = 3;            // steps after which the rest may be left to Newton's method
+constexpr double kAsLow_m = 1e-11;      // what that finds counts if it is no higher
+constexpr double kDescentStill = 1e-5;  // rad: a step so small ends the descent; the error is less
 constexpr double kDeepStill = 100;
 constexpr double kRoughGap = 0.1;
 constexpr double kRough = 1e-2;  // rad: while steps are larger, closest points need not be exact
@@ -81,7 +80,7 @@ class Descent {
     const double gap = simplex_.gap;
     bool is_rough = true;
     double last_turn = kInfinity;
-    for (int step = 0; step < kStepsMax; ++step) {
+    for (int step = 0; step < kDescentStepsMax; ++step) {
       simplex_.gap = is_rough ? kRoughGap : gap;
       const Closest found =
           closest(pair_, (best_.overlap + e) * best_.n, best_.n, kInfinity, simplex_, hints_);
@@ -99,7 +98,8 @@ class Descent {
       const bool is_lower = take_if_lower(found.n);
       if (!is_lower && !is_rough) break;
       // The deeper, the less a small step says about what is left.
-      const double still = kStill / (1 + kDeepStill * std::max(0.0, best_.overlap) / thickness);
+      const double still =
+          kDescentStill / (1 + kDeepStill * std::max(0.0, best_.overlap) / thickness);
       if (turn < still && !is_rough) break;
       const bool was_rough = is_rough;
       is_rough = is_rough && is_lower && turn > kRough && step < kRoughSteps;

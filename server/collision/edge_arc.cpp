@@ -21,13 +21,14 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 40;     // where rims look like lines, the arc is halved often
-constexpr int kDepthMax = 6;      // of arcs in arcs
-constexpr double kLongest = 0.5;  // rad, of a step
-constexpr double kStill = 1e-7;   // rad: the error left is its square
-constexpr double kSameCosine = 0.985;
-constexpr double kAsLow_m = 1e-11;
-constexpr double kAlong = 1e-24;  // a squared sine: along the axis a rim has no point that counts
+constexpr int kArcStepsMax = 40;     // where rims look like lines, the arc is halved often
+constexpr int kDepthMax = 6;         // of arcs in arcs
+constexpr double kArcLongest = 0.5;  // rad, of a step
+constexpr double kArcStill = 1e-7;   // rad: the error left is its square
+constexpr double kArcSameCosine = 0.985;
+constexpr double kArcAsLow_m = 1e-11;
+constexpr double kAlongAxis2 =
+    1e-24;  // a squared sine: along the axis a rim has no point that counts
 
 double square(double x) { return x * x; }
 
@@ -62,7 +63,7 @@ EdgeArc::At EdgeArc::at(double c, double s, bool of_upper) const {
   At at{c, s, c * w_e + s * w_f, c * w_f - s * w_e, 0};
   const double along = c * axis_e_ + s * axis_f_, turn = c * axis_f_ - s * axis_e_;
   const double across2 = turn * turn + axis_along2_;  // 1 - a^2 would be rounding where a is 1
-  if (r > 0 && across2 > kAlong) {
+  if (r > 0 && across2 > kAlongAxis2) {
     const double across = std::sqrt(across2), share = r / across;
     at.h += share * across2;
     at.slope -= share * along * turn;
@@ -126,14 +127,14 @@ void EdgeArc::find_between(const At& from, const At& to, bool of_upper, int dept
   const double cosine = from.c * to.c + from.s * to.s, sine = from.c * to.s - from.s * to.c;
   const double at_end = from.h * cosine + from.slope * sine;
   const double at_begin = to.h * cosine - to.slope * sine;
-  const double bound = best_ - kAsLow_m;
+  const double bound = best_ - kArcAsLow_m;
   if (at_end >= bound || at_begin >= bound || depth == 0) return;
   const double share = to.h - at_end, rest = from.h - at_begin;
   if (!(share > 0 && rest > 0)) return;
   const double length2 = share * share + rest * rest + 2 * share * rest * cosine;
   const double scale = 1 / std::sqrt(length2);
   const bool is_beside = from.is_minimum || to.is_minimum;
-  const double needed = is_beside && best_ > 0 ? kSameCosine * best_ : bound;
+  const double needed = is_beside && best_ > 0 ? kArcSameCosine * best_ : bound;
   if (scale * (from.h * share + at_end * rest) >= needed) return;
   At middle =
       at(scale * (share * from.c + rest * to.c), scale * (share * from.s + rest * to.s), of_upper);
@@ -145,16 +146,16 @@ void EdgeArc::find_between(const At& from, const At& to, bool of_upper, int dept
 
 /// To a minimum: the overlap falls at the beginning, and rises at the end.
 EdgeArc::At EdgeArc::down(At from, At begin, At end, bool of_upper) const {
-  for (int step = 0; step < kStepsMax && !from.is_minimum; ++step) {
+  for (int step = 0; step < kArcStepsMax && !from.is_minimum; ++step) {
     (from.slope < 0 ? begin : end) = from;
-    const double turn = from.bend > 0 ? -from.slope / from.bend : kLongest;
+    const double turn = from.bend > 0 ? -from.slope / from.bend : kArcLongest;
     double c = from.c - turn * from.s, s = from.s + turn * from.c;
     const bool is_between =
-        std::abs(turn) < kLongest && begin.c * s > begin.s * c && c * end.s > s * end.c;
+        std::abs(turn) < kArcLongest && begin.c * s > begin.s * c && c * end.s > s * end.c;
     if (!is_between) c = begin.c + end.c, s = begin.s + end.s;
     const double scale = 1 / std::sqrt(c * c + s * s);
     from = at(scale * c, scale * s, of_upper);
-    from.is_minimum = is_between && std::abs(turn) < kStill;
+    from.is_minimum = is_between && std::abs(turn) < kArcStill;
   }
   return from;
 }

@@ -20,15 +20,15 @@ namespace cradle {
 namespace {
 
 /// A sine: what is flatter has no normal to speak of.
-constexpr double kFlat = 1e-10;
+constexpr double kFlatFace = 1e-10;
 constexpr double kLevel = 1e-14;  // of the coordinates
 
 /// A face whose normal and distance differ by less from those of a face of M is a part of it.
 constexpr double kOnePlane = 1e-5, kOnePlane_m = 1e-10;
 
-constexpr std::uint64_t kNumber = 0xff;
+constexpr std::uint64_t kFaceNumber = 0xff;
 double key_of(double distance, std::size_t face) {
-  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(distance) & ~kNumber) | face);
+  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(distance) & ~kFaceNumber) | face);
 }
 
 using Two = double __attribute__((vector_size(16)));
@@ -55,7 +55,7 @@ bool ExpandingPolytope::set_planes(std::size_t first) {
     const Triple<Two> p = corners(0), ab = corners(1) - p, ac = corners(2) - p;
     const Triple<Two> normal = cross(ab, ac);
     const Two area2 = dot(normal, normal), length2 = dot(ab, ab) * dot(ac, ac);
-    const auto is_wide = area2 > kFlat * kFlat * length2;
+    const auto is_wide = area2 > kFlatFace * kFlatFace * length2;
     has_flat |= (is_wide[0] & is_wide[1]) == 0;
     const Triple<Two> n = (1.0 / root(area2)) * normal;
     const Two distance = dot(n, p);
@@ -78,7 +78,8 @@ bool ExpandingPolytope::begin(const std::array<Difference, 4>& corners) {
   const Vector across = (corners[1].w - o).cross(corners[2].w - o);
   const Vector up = corners[3].w - o;
   const double volume = across.dot(up);
-  if (!(volume * volume > kFlat * kFlat * across.squaredNorm() * up.squaredNorm())) return false;
+  if (!(volume * volume > kFlatFace * kFlatFace * across.squaredNorm() * up.squaredNorm()))
+    return false;
   if (volume > 0) std::swap(corners_[1], corners_[2]);
   corner_count_ = 4;
   face_count_ = 0;
@@ -103,7 +104,7 @@ int ExpandingPolytope::nearest(double bound) const {
   for (std::size_t f = 0; f < face_count_; f += 4) look_at_four(f);
   const Two both = smaller(even, odd);
   const double key = std::min(both[0], both[1]);
-  return key < bound ? static_cast<int>(std::bit_cast<std::uint64_t>(key) & kNumber) : -1;
+  return key < bound ? static_cast<int>(std::bit_cast<std::uint64_t>(key) & kFaceNumber) : -1;
 }
 
 bool ExpandingPolytope::expand(int f, const Difference& corner) {

@@ -10,8 +10,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// Of the radius of a surface without inside. What goes farther than this may pass small bodies.
 constexpr double kOpenShare = 0.02;
 
@@ -46,11 +44,6 @@ double reach_of_surface(const StoredGeometry& geometry, const Vector& centre) {
 }
 
 }  // namespace
-
-const Compound* compound_of(const Collider& collider) {
-  if (collider.shape.kind != ShapeKind::compound || collider.geometry == nullptr) return nullptr;
-  return std::get_if<Compound>(&collider.geometry->value);
-}
 
 bool is_convex(const Collider& collider) {
   if (collider.triangle != nullptr) return true;

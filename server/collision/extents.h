@@ -7,7 +7,10 @@
 namespace cradle {
 
 /// Null for what is no compound.
-const Compound* compound_of(const Collider& collider);
+inline const Compound* compound_of(const Collider& collider) {
+  if (collider.shape.kind != ShapeKind::compound || collider.geometry == nullptr) return nullptr;
+  return std::get_if<Compound>(&collider.geometry->value);
+}
 /// Whether it is a convex shape of space or a triangle.
 bool is_convex(const Collider& collider);
 /// Whether it is a whole mesh or height field.

@@ -18,7 +18,7 @@
 namespace cradle {
 namespace {
 
-constexpr int kMost = SupportFeature::kCornersMax;
+constexpr int kMostCorners = SupportFeature::kCornersMax;
 /// Sine of the angle between two lines up to which they are tried as parallel ones.
 constexpr double kNearlyParallel = 0.1;
 /// m. An end of an edge that is as near to a side as this is where the edge crosses it: closest
@@ -40,7 +40,7 @@ double cross(double ax, double ay, double bx, double by) { return ax * by - ay *
 struct Sides {
   const SupportFeature& face;
   double turn;
-  std::array<double, kMost> x, y;  // the unit normal of each side, outward
+  std::array<double, kMostCorners> x, y;  // the unit normal of each side, outward
 
   Sides(const SupportFeature& f, double direction) : face(f), turn(direction) {
     for (std::size_t k = 0; k < size(); ++k) {
@@ -180,7 +180,7 @@ class Clipper {
   const SupportFeature& incident_;
   const double slack_;
   FeatureContacts& contacts_;
-  std::array<std::array<double, kMost>, kMost> outside_;
+  std::array<std::array<double, kMostCorners>, kMostCorners> outside_;
 };
 
 /// Of a disc in F.

@@ -14,6 +14,8 @@ using Vector2 = Eigen::Vector2d;
 using Matrix = Eigen::Matrix3d;
 using Rotation = Eigen::Quaterniond;
 
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 inline Vector to_eigen(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline Rotation to_eigen(const Quat& q) { return {q.w, q.x, q.y, q.z}; }
 inline Vec3 to_plain(const Vector& v) { return {v.x(), v.y(), v.z()}; }
@@ -27,8 +29,8 @@ struct Pose {
 
 /// Axis-aligned box in W; empty unless lower <= upper.
 struct Aabb {
-  Vector lower = Vector::Constant(std::numeric_limits<double>::infinity());
-  Vector upper = Vector::Constant(-std::numeric_limits<double>::infinity());
+  Vector lower = Vector::Constant(kInfinity);
+  Vector upper = Vector::Constant(-kInfinity);
 
   bool is_empty() const { return !(lower.array() <= upper.array()).all(); }
   bool holds(const Aabb& other) const {

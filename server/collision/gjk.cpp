@@ -19,7 +19,7 @@ namespace cradle {
 namespace {
 
 constexpr int kIterationsMax = 48;
-constexpr double kRounding = 4e-16;  // of the coordinates of corners
+constexpr double kRoundingOfCorners = 4e-16;  // of the coordinates of corners
 
 using Corners = ClosestSearch::Corners;
 using Foot = ClosestSearch::Foot;
@@ -107,14 +107,14 @@ bool foot_on(const Corners& s, bool is_outside, Foot& foot) {
 }
 
 /// Leaves the corners whose foot it is. They come in ascending order.
-void keep(Corners& s, const Foot& foot) {
+void keep_corners(Corners& s, const Foot& foot) {
   for (std::size_t i = 0; i < foot.count; ++i) {
     if (foot.corners[i] != i) s.corners[i] = s.corners[foot.corners[i]];
   }
   s.count = foot.count;
 }
 
-bool has(const Corners& s, const Vector& w) {
+bool has_corner(const Corners& s, const Vector& w) {
   for (std::size_t i = 0; i < s.count; ++i) {
     if (s.corners[i].w == w) return true;
   }
@@ -133,7 +133,7 @@ ClosestSearch::ClosestSearch(const Vector& shift, double limit, Simplex& simplex
   s_.count = simplex.count;
   simplex.count = 0;
   foot_on(s_, true, foot_);
-  keep(s_, foot_);
+  keep_corners(s_, foot_);
   distance2_ = foot_.v.squaredNorm();
   aim();
 }
@@ -141,7 +141,7 @@ ClosestSearch::ClosestSearch(const Vector& shift, double limit, Simplex& simplex
 void ClosestSearch::aim() {
   if (iteration_++ == kIterationsMax) return end_apart();
   distance_ = std::sqrt(distance2_);
-  if (!(distance_ > kRounding * largest_)) {
+  if (!(distance_ > kRoundingOfCorners * largest_)) {
     end({});
   } else {
     direction_ = foot_.v / -distance_;
@@ -155,9 +155,9 @@ void ClosestSearch::take(Difference next) {
     return end({Closest::Kind::beyond_limit, direction_, v_w / distance_, Vector::Zero()});
   }
   largest_ = std::max(largest_, next.w.cwiseAbs().maxCoeff());
-  const double rounding = kRounding * largest_ * distance_;
+  const double rounding = kRoundingOfCorners * largest_ * distance_;
   if (distance2_ - v_w <= std::max(simplex_.gap * distance2_, rounding)) return end_apart();
-  if (has(s_, next.w)) return end_apart();
+  if (has_corner(s_, next.w)) return end_apart();
   s_.corners[s_.count++] = next;
   // Where v . w > 0, a plane across v parts M from the origin.
   const bool is_outside = v_w > rounding;
@@ -171,7 +171,7 @@ void ClosestSearch::take(Difference next) {
     --s_.count;
     return end_apart();
   }
-  keep(s_, next_foot);
+  keep_corners(s_, next_foot);
   foot_ = next_foot;
   distance2_ = next_distance2;
   aim();

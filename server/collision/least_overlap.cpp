@@ -34,11 +34,9 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // The way to a local minimum. Its first closest points need only lead roughly there: their squared
 // distance is known to a tenth, with B this many small lengths out.
-constexpr double kRoughGap = 0.1;
+constexpr double kWayGap = 0.1;
 constexpr double kBeside = 20;
 
 /// The local minimum that closest points lead to from a direction; not found where rounding or flat
@@ -46,7 +44,7 @@ constexpr double kBeside = 20;
 bool find_near(const ConvexPair& pair, const FaceDirection& from, double limit, SupportHints& hints,
                LeastOverlap& least) {
   Simplex simplex;
-  simplex.gap = kRoughGap;
+  simplex.gap = kWayGap;
   const double out = from.overlap > 0 ? from.overlap + kBeside * pair.small_length() : 0;
   const Closest found =
       closest(pair, out * from.n, from.n, out > 0 ? kInfinity : limit, simplex, hints);

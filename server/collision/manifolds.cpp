@@ -8,6 +8,7 @@
 #include "server/collision/bounds.h"
 #include "server/collision/box_tree.h"
 #include "server/collision/convex_shape.h"
+#include "server/collision/extents.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
 #include "server/collision/surface.h"
@@ -19,7 +20,7 @@ namespace {
 constexpr int kShiftA = 44, kShiftB = 32;
 
 /// m. Boxes are made roomier by this much, for rounding.
-constexpr double kRoom = 1e-6;
+constexpr double kPartRoom = 1e-6;
 
 /// A part of a compound as a collider of its own. Stays where it was made: the collider refers to
 /// the pose.
@@ -34,13 +35,8 @@ struct PosedPart {
   PosedPart& operator=(const PosedPart&) = delete;
 };
 
-const Compound* compound_of(const Collider& C) {
-  if (C.shape.kind != ShapeKind::compound || C.geometry == nullptr) return nullptr;
-  return std::get_if<Compound>(&C.geometry->value);
-}
-
 /// A convex shape, not one without end.
-bool is_convex(const Collider& C) {
+bool is_convex_solid(const Collider& C) {
   return has_inside(C.shape.kind) && (C.shape.kind != ShapeKind::hull || C.hull() != nullptr);
 }
 
@@ -64,7 +60,7 @@ std::vector<std::int32_t> Search::parts_near(const Compound& compound, const Pos
   std::vector<std::int32_t> near;
   const auto take = [&near](std::int32_t i) { near.push_back(i); };
   const Pose& X_WO = other.X_WB;
-  const double reach = margin + kRoom;
+  const double reach = margin + kPartRoom;
   if (other.shape.kind == ShapeKind::half_space) {
     const Vector up_W = X_WO.R.col(2), up = X_WC.R.transpose() * up_W;
     const double height = up_W.dot(X_WC.x - X_WO.x);
@@ -95,7 +91,7 @@ void Search::add_surface(const Collider& A, const Collider& B, bool is_A, std::u
   const std::size_t begin = manifolds.size();
   if (other.shape.kind == ShapeKind::half_space) {
     add_surface_half_space(surface, other, margin, part, manifolds);
-  } else if (is_convex(other)) {
+  } else if (is_convex_solid(other)) {
     add_surface_manifolds(surface, other, margin, part, manifolds);
   }
   if (is_A) return;
@@ -143,7 +139,7 @@ bool is_composite(ShapeKind kind) { return kind == ShapeKind::compound || is_sur
 double least_distance(const Collider& A, const Collider& B, double margin) {
   const bool is_A = is_surface(A.shape.kind);
   const Collider &surface = is_A ? A : B, &other = is_A ? B : A;
-  if (!is_surface(surface.shape.kind) || !is_convex(other)) return 0;
+  if (!is_surface(surface.shape.kind) || !is_convex_solid(other)) return 0;
   return surface_gap(surface, other, margin);
 }
 

@@ -13,7 +13,7 @@ namespace cradle {
 inline constexpr double kParallel2 = 1e-30;  // squared sine: below, edges have no common normal
 
 /// What touches first when the two have been moved apart along the best direction.
-enum class Touch { on_P, on_Q, lines };
+enum class OverlapTouch { on_P, on_Q, lines };
 
 /// Of one pair; it keeps the best direction so far.
 class OverlapSearch {
@@ -63,12 +63,12 @@ class OverlapSearch {
 
   /// Takes a direction if it overlaps less, turned to where Q is. `n` is a unit vector, or zero
   /// where there is no direction.
-  void attempt(const Vector& n, Touch touch) {
+  void attempt(const Vector& n, OverlapTouch touch) {
     const double along = n.dot(c_);
     if (n.isZero(0)) return;
     take(n, reach(n) - std::abs(along), along < 0, touch);
   }
-  void take(const Vector& n, double overlap, bool is_opposite, Touch touch) {
+  void take(const Vector& n, double overlap, bool is_opposite, OverlapTouch touch) {
     if (!(overlap < best_.overlap)) return;
     best_.overlap = overlap;
     best_.n = is_opposite ? Vector(-n) : n;
@@ -123,7 +123,7 @@ class OverlapSearch {
   const ConvexShape &P_, &Q_;
   const Vector c_, b_;
   Direction best_;
-  Touch touch_ = Touch::on_P;
+  OverlapTouch touch_ = OverlapTouch::on_P;
 };
 
 }  // namespace cradle

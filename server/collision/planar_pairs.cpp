@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "server/collision/pair_functions.h"
 #include "server/collision/planar_shape.h"
@@ -27,15 +26,13 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// m. Two edges whose best separations differ by less are equally good, and A's is taken.
 constexpr double kSameEdge = 1e-12;
 
-enum class Meeting : std::uint32_t { corner_of_A = 0, corner_of_B = 1, corners = 2 };
+enum class CornerMeeting : std::uint32_t { corner_of_A = 0, corner_of_B = 1, corners = 2 };
 
 /// `a` and `b` are numbers of corners, or of the edges that these meet.
-std::uint32_t name_of(Meeting meeting, int a, int b) {
+std::uint32_t name_of(CornerMeeting meeting, int a, int b) {
   return static_cast<std::uint32_t>(meeting) << 16 | static_cast<std::uint32_t>(a) << 8 |
          static_cast<std::uint32_t>(b);
 }
@@ -90,7 +87,7 @@ struct Meet {
   void add_corners(int i, int j, const Point& d) {
     const double distance = d.norm();
     set_normal(d / distance);
-    add(A.corner(i), B.corner(j), distance, name_of(Meeting::corners, i, j));
+    add(A.corner(i), B.corner(j), distance, name_of(CornerMeeting::corners, i, j));
   }
 };
 
@@ -116,7 +113,7 @@ FacingEdge facing_edge(const PlanarShape& other, int nearest, const Point& n) {
 
 /// Where the nearest corner of the other shape, which is apart, lies beyond an end of the reference
 /// edge, that corner and that end are nearest to each other. The reference is A, or B if `on_B`.
-bool meet_corners(Meet& meet, bool on_B, const BestEdge& best) {
+bool meet_planar_corners(Meet& meet, bool on_B, const BestEdge& best) {
   const PlanarShape& reference = on_B ? meet.B : meet.A;
   const PlanarShape& other = on_B ? meet.A : meet.B;
   const Point& n = reference.normal(best.edge);
@@ -153,7 +150,8 @@ void clip(Meet& meet, bool on_B, const BestEdge& best) {
 
   const auto add = [&](double u, double s, bool by_reference, int corner, int edge) {
     const Point p = start + u * t, q = p + s * n;
-    const Meeting meeting = by_reference == on_B ? Meeting::corner_of_B : Meeting::corner_of_A;
+    const CornerMeeting meeting =
+        by_reference == on_B ? CornerMeeting::corner_of_B : CornerMeeting::corner_of_A;
     const int own = by_reference ? corner : best.edge, others = by_reference ? edge : corner;
     const std::uint32_t name = on_B ? name_of(meeting, others, own) : name_of(meeting, own, others);
     on_B ? meet.add(q, p, s, name) : meet.add(p, q, s, name);
@@ -206,7 +204,8 @@ Manifold collide_convex(const Collider& collider_A, const Collider& collider_B, 
   if (!(best.s <= reach && best.s > -kInfinity)) return meet.manifold;
 
   // The core of a capsule is a line: what lies on it beyond its ends is at no height, and apart.
-  if (best.s > -kTolerances.coincident_m && meet_corners(meet, on_B, best)) return meet.manifold;
+  if (best.s > -kTolerances.coincident_m && meet_planar_corners(meet, on_B, best))
+    return meet.manifold;
   clip(meet, on_B, best);
   return meet.manifold;
 }

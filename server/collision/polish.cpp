@@ -21,14 +21,14 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 10;
-constexpr double kLongest = 0.25;            // rad, of a step: beyond, the series says little
-constexpr double kArrived = 1e-8;            // rad: the error left is its square
-constexpr double kAsFar = 1e-11;             // m
-constexpr double kSamePlace_m = 1e-9;        // points of B come back from A's frame with rounding
-constexpr double kLine = 1e-6;               // a sine
-constexpr double kFlat = 0.2, kApart = 0.3;  // of faces in rims: a sine; of the radius
-constexpr double kNegative = -1e-9;          // of a weight
+constexpr int kPolishStepsMax = 10;
+constexpr double kPolishLongest = 0.25;  // rad, of a step: beyond, the series says little
+constexpr double kArrived = 1e-8;        // rad: the error left is its square
+constexpr double kAsFar = 1e-11;         // m
+constexpr double kSamePlace_m = 1e-9;    // points of B come back from A's frame with rounding
+constexpr double kInLine = 1e-6;         // a sine
+constexpr double kFlatRim = 0.2, kApart = 0.3;  // of faces in rims: a sine; of the radius
+constexpr double kNegative = -1e-9;             // of a weight
 
 /// Part of one shape: a corner, or a curved part with something that tells it from others.
 struct Part {
@@ -61,7 +61,7 @@ Part part_at(const ConvexShape& shape, const Vector& p, bool of_face) {
 /// Whether points of a rim are so far apart that the foot is on the face in the rim.
 bool is_on_face(const ConvexShape& shape, const Vector& n, std::span<const Vector> points) {
   const double across2 = n.x() * n.x() + n.y() * n.y();
-  if (points.size() < 2 || !(across2 < kFlat * kFlat)) return false;
+  if (points.size() < 2 || !(across2 < kFlatRim * kFlatRim)) return false;
   const double apart = kApart * shape.size.x();
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     for (std::size_t j = i + 1; j < points.size(); ++j) {
@@ -127,7 +127,7 @@ class Polish {
     begin_with(begin, simplex);
     if (at_face == AtFace::give_up && (on_face_A_ || on_face_B_)) return false;
     double least_so_far = kInfinity;
-    for (int step = 0; step < kStepsMax; ++step) {
+    for (int step = 0; step < kPolishStepsMax; ++step) {
       const Vector before = n_;
       double length2 = 0;
       if (!take_step(length2)) return false;
@@ -178,11 +178,11 @@ class Polish {
     }
     length2 = dx * dx + dy * dy;
     if (!(length2 < kInfinity)) return false;
-    if (length2 > kLongest * kLongest) {
-      const double shorter = kLongest / std::sqrt(length2);
+    if (length2 > kPolishLongest * kPolishLongest) {
+      const double shorter = kPolishLongest / std::sqrt(length2);
       dx *= shorter;
       dy *= shorter;
-      length2 = kLongest * kLongest;
+      length2 = kPolishLongest * kPolishLongest;
     }
     const Vector next = (n_ + dx * e_ + dy * f_) / std::sqrt(1 + length2);
     n_ = next;
@@ -318,7 +318,8 @@ class Polish {
     is_valley_ = true;
     const double x1 = p.gx - r.gx, y1 = p.gy - r.gy, x2 = q.gx - r.gx, y2 = q.gy - r.gy;
     const double determinant = x1 * y2 - y1 * x2;
-    if (determinant * determinant <= kLine * kLine * (x1 * x1 + y1 * y1) * (x2 * x2 + y2 * y2)) {
+    if (determinant * determinant <=
+        kInLine * kInLine * (x1 * x1 + y1 * y1) * (x2 * x2 + y2 * y2)) {
       return false;  // on a line: two of them do
     }
     const double c1 = r.s - p.s, c2 = r.s - q.s;
@@ -371,8 +372,6 @@ class Polish {
     }
     return true;
   }
-
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   const ConvexPair& pair_;
   SupportHints& hints_;

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "server/collision/corner_names.h"
@@ -21,7 +20,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kLeadSteps = 6;   // to see how much the best direction leads
 constexpr double kAside = 0.6;  // the three sides of the first tetrahedron, from where it points to
 

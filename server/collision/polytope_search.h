@@ -10,8 +10,7 @@
 
 namespace cradle {
 
-inline constexpr double kSure_m = 1e-11;    ///< overlaps this near to each other are one
-inline constexpr double kKissing_m = 1e-8;  ///< nearer than this, closest points tell no direction
+inline constexpr double kSure_m = 1e-11;  ///< overlaps this near to each other are one
 inline constexpr double kDeepOverlap =
     0.01;  ///< of the thickness: so deep, no distance is asked for
 

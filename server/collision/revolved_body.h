@@ -10,6 +10,8 @@
 
 namespace cradle {
 
+inline constexpr double kLevel_m = 1e-9;  ///< ends of a line whose heights differ by less are one
+
 /// A cylinder or cone, with the normals of its side.
 struct RevolvedBody : Revolved {
   double length;   ///< m, of the side, from rim to rim

@@ -44,21 +44,20 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kFacesMax = 128;  // of more, few count, and to look at all takes too long
+constexpr std::size_t kFacesLookedAt =
+    128;  // of more, few count, and to look at all takes too long
 constexpr std::size_t kVerticesMax = 128;
 constexpr double kOnAxis_m = 1e-12;     // nearer, a vertex is on the axis
-constexpr double kLevel_m = 1e-9;       // ends of a line whose heights differ by less are one
 constexpr double kSupports_m = 1e-12;   // a vertex that no neighbour surpasses by more
 constexpr std::int64_t kNumber = 0xff;  // a face, in the last bits of what it is chosen by
-constexpr double kFlat = 1e-20;         // a squared sine: faces beside each other are one
+constexpr double kFlatEdge2 = 1e-20;    // a squared sine: faces beside each other are one
 
 using Two = double __attribute__((vector_size(16)));
 using Bits = std::int64_t __attribute__((vector_size(16)));
 
 /// Of faces, or of vertices.
 using Set = std::array<std::uint64_t, 2>;
-static_assert(kFacesMax <= 128 && kVerticesMax <= 128);
+static_assert(kFacesLookedAt <= 128 && kVerticesMax <= 128);
 
 bool has(const Set& set, std::size_t k) { return (set[k / 64] >> k % 64 & 1) != 0; }
 
@@ -91,7 +90,7 @@ class RevolvedSearch {
   }
   static bool is_polytope(const ConvexShape& shape) {
     return shape.kind == ShapeKind::box ||
-           (shape.kind == ShapeKind::hull && shape.hull->face_count() <= kFacesMax &&
+           (shape.kind == ShapeKind::hull && shape.hull->face_count() <= kFacesLookedAt &&
             shape.hull->vertices.size() <= kVerticesMax);
   }
 
@@ -143,9 +142,10 @@ class RevolvedSearch {
   const PolytopeFaces faces_;
   const RevolvedBody body_;
   const Vector centre_;  ///< of a ball inside Q
-  std::array<Behind, kFacesMax> behind_;
-  std::array<bool, kFacesMax> is_known_{};
-  std::array<double, kFacesMax + 1> inside_;  ///< m, of each face: how far the centre is behind it
+  std::array<Behind, kFacesLookedAt> behind_;
+  std::array<bool, kFacesLookedAt> is_known_{};
+  std::array<double, kFacesLookedAt + 1>
+      inside_;                     ///< m, of each face: how far the centre is behind it
   Set by_corners_{}, by_edges_{};  ///< faces at whose corners, or edges, there may be less overlap
   std::size_t nearest_ = 0;        ///< face to the centre
   Vector some_vertex_;             ///< of it
@@ -321,7 +321,7 @@ void RevolvedSearch::try_edge(std::size_t f, std::size_t g, std::size_t k, doubl
   const double crossing = at_f.overlap * share + f_at_g * rest;
   const double length2 = share * share + rest * rest + 2 * share * rest * cosine;
   if (bound > 0 && crossing > 0 && crossing * crossing >= bound * bound * length2) return;
-  if (!(1 - cosine * cosine > kFlat)) return;
+  if (!(1 - cosine * cosine > kFlatEdge2)) return;
   const auto v = static_cast<std::size_t>(faces_.corners(f)[k]);
   EdgeArc arc(body_, faces_.vertices[v], m, n, cosine, best_.overlap);
   if (!arc.find()) return;

@@ -38,13 +38,11 @@ namespace cradle {
 namespace {
 
 constexpr double kTouching_m = 1e-12;  // overlaps less than this are none
-constexpr double kLevel_m = 1e-9;      // ends of a line whose heights differ by less are one
 
 // The closest points of what is apart.
-constexpr int kStepsMax = 4;
-constexpr double kSure = 1e-12;      // distances this near to each other are one: relative, and
-constexpr double kRounding = 1e-15;  // of the way between the middles
-constexpr double kKissing_m = 1e-8;  // nearer than this, closest points tell no direction
+constexpr int kClosestStepsMax = 4;
+constexpr double kSure = 1e-12;  // distances this near to each other are one: relative, and
+constexpr double kRoundingOfWay = 1e-15;  // of the way between the middles
 
 }  // namespace
 
@@ -183,14 +181,14 @@ std::optional<LeastOverlap> RevolvedPair::closest_points() {
 }
 
 std::optional<LeastOverlap> RevolvedPair::closest_points_from(Vector p) {
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kClosestStepsMax; ++step) {
     const Vector q = B_.nearest(p);
     p = A_.nearest(q);
     const Vector v = q - p;
     const double distance = v.norm();
     if (distance < kKissing_m) return std::nullopt;
     attempt(v / distance, PairTouch::on_A);
-    if (-best_.overlap < distance - kSure * distance - kRounding * pair_.t.norm()) continue;
+    if (-best_.overlap < distance - kSure * distance - kRoundingOfWay * pair_.t.norm()) continue;
     if (is_beyond_limit()) return LeastOverlap::beyond(best_.n, -best_.overlap);
     return LeastOverlap{true, best_.n, best_.overlap, p, lead_by_turn(distance)};
   }

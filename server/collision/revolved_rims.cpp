@@ -15,7 +15,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kOpposite = 1e-7;     // of the radii: what Newton's method has left of the way
 constexpr double kRounding_m = 1e-12;  // where ends meet
 

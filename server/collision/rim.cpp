@@ -13,8 +13,8 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 24;
-constexpr double kStill = 1e-6;  // rad, of a step: the error left is its square
+constexpr int kRimStepsMax = 24;
+constexpr double kRimStill = 1e-6;  // rad, of a step: the error left is its square
 
 /// Cosine and sine of a parameter.
 struct Angle {
@@ -31,7 +31,7 @@ struct Angle {
 /// all over here.
 Angle nearest_inside(double rx, double by, double K, Angle at) {
   Angle low{1, 0}, high{0, 1};
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kRimStepsMax; ++step) {
     const double f = rx * at.s - by * at.c - K * at.s * at.c;
     const double rise = rx * at.c + by * at.s - K * (at.c * at.c - at.s * at.s);
     (f > 0 ? high : low) = at;
@@ -43,7 +43,7 @@ Angle nearest_inside(double rx, double by, double K, Angle at) {
     if (!is_between) next = {low.c + high.c, low.s + high.s};
     at = next;
     at.normalise();
-    if (is_between && std::abs(turn) < kStill) break;
+    if (is_between && std::abs(turn) < kRimStill) break;
   }
   return at;
 }
@@ -57,7 +57,7 @@ bool nearest_beyond(double rx, double by, double K, Angle& at) {
     return -by < K;
   }
   at.s = std::sqrt(1 - at.c * at.c);
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kRimStepsMax; ++step) {
     const double g = rx / at.c - by / at.s - K;
     const double rise = rx * at.s / (at.c * at.c) + by * at.c / (at.s * at.s);
     if (!(rise > 0)) return false;
@@ -66,7 +66,7 @@ bool nearest_beyond(double rx, double by, double K, Angle& at) {
     at = {at.c - turn * at.s, at.s + turn * at.c};
     if (!(at.s > 0)) return false;
     at.normalise();
-    if (std::abs(turn) < kStill) break;
+    if (std::abs(turn) < kRimStill) break;
   }
   return true;
 }

@@ -14,10 +14,10 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 16;
-constexpr double kLongest = 0.5;  // rad, of a step
-constexpr double kStill = 1e-6;   // rad: the error left is its square
-constexpr double kFlat = 1e-6;    // of the product of the squared radii
+constexpr int kRimPairStepsMax = 16;
+constexpr double kRimPairLongest = 0.5;  // rad, of a step
+constexpr double kRimPairStill = 1e-6;   // rad: the error left is its square
+constexpr double kFlatRimPair = 1e-6;    // of the product of the squared radii
 // rad: a step this short where there is no valley ends on the ridge between two; off it, so far.
 constexpr double kNoSlope = 0.02, kOff = 0.2;
 
@@ -58,14 +58,14 @@ Vector RimPair::normal(const Vector& p_A, const Vector& p_B) const {
 
 bool RimPair::polish(Vector& p_A, Vector& p_B) const {
   const double square_A = r_A * r_A, square_B = r_B * r_B;
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kRimPairStepsMax; ++step) {
     const Vector q_A = a.cross(p_A), q_B = b.cross(p_B);
     const Vector w = r_A * p_A - r_B * p_B - d;
     const double slope_A = r_A * w.dot(q_A), slope_B = -r_B * w.dot(q_B);
     double AA = square_A - r_A * w.dot(p_A), BB = square_B + r_B * w.dot(p_B);
     const double AB = -r_A * r_B * q_A.dot(q_B);
     double determinant = AA * BB - AB * AB;
-    const bool is_valley = determinant > kFlat * square_A * square_B && AA > 0;
+    const bool is_valley = determinant > kFlatRimPair * square_A * square_B && AA > 0;
     const Eigen::Vector2d down = is_valley ? Eigen::Vector2d(0, 0) : least_curved(AA, AB, BB);
     if (!is_valley) {  // down as if w were 0
       AA = 1.01 * square_A;
@@ -80,10 +80,10 @@ bool RimPair::polish(Vector& p_A, Vector& p_B) const {
       turn_B = way * down.y();
     }
     const double turn = std::max(std::abs(turn_A), std::abs(turn_B));
-    const double scale = turn > kLongest ? kLongest / turn : 1;
+    const double scale = turn > kRimPairLongest ? kRimPairLongest / turn : 1;
     p_A = turned(p_A, q_A, scale * turn_A);
     p_B = turned(p_B, q_B, scale * turn_B);
-    if (turn < kStill) return true;
+    if (turn < kRimPairStill) return true;
   }
   return true;
 }

@@ -19,11 +19,11 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 12;
-constexpr int kStopsMax = 3;      // at the ends of arcs
-constexpr double kLongest = 0.5;  // rad, of a step
-constexpr double kStill = 1e-6;   // rad: the error left is its square
-constexpr double kFlat = 1e-6;    // of the product of the squared radii
+constexpr int kPatchStepsMax = 12;
+constexpr int kStopsMax = 3;           // at the ends of arcs
+constexpr double kPatchLongest = 0.5;  // rad, of a step
+constexpr double kPatchStill = 1e-6;   // rad: the error left is its square
+constexpr double kFlatPatch = 1e-6;    // of the product of the squared radii
 
 double chord2(const HalfAngle& a, const HalfAngle& b) {
   const double c = a.c - b.c, s = a.s - b.s;
@@ -59,7 +59,7 @@ bool RimPatch::may_be_nearer(double most, const HalfAngle& at_A, const HalfAngle
 bool RimPatch::polish(HalfAngle& at_A, HalfAngle& at_B) const {
   const double both = r_A * r_B, square_A = r_A * r_A, square_B = r_B * r_B;
   int stops = 0;
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kPatchStepsMax; ++step) {
     const double x_A = at_A.c, y_A = at_A.s, x_B = at_B.c, y_B = at_B.s;
     const double slope_A = both * (x_A * y_B - cosine * y_A * x_B) + r_A * (d_A * y_A - d_e * x_A);
     const double slope_B = both * (y_A * x_B - cosine * x_A * y_B) - r_B * (d_B * y_B + d_e * x_B);
@@ -68,7 +68,7 @@ bool RimPatch::polish(HalfAngle& at_A, HalfAngle& at_B) const {
     double BB = r_B * (d_e * y_B - d_B * x_B) - common;
     const double AB = both * (cosine * y_A * y_B + x_A * x_B);
     double determinant = AA * BB - AB * AB;
-    const bool is_valley = determinant > kFlat * square_A * square_B && AA > 0;
+    const bool is_valley = determinant > kFlatPatch * square_A * square_B && AA > 0;
     if (!is_valley) {  // down as if w were 0
       AA = 1.01 * square_A;
       BB = 1.01 * square_B;
@@ -77,13 +77,13 @@ bool RimPatch::polish(HalfAngle& at_A, HalfAngle& at_B) const {
     double turn_A = (AB * slope_B - BB * slope_A) / determinant;
     double turn_B = (AB * slope_A - AA * slope_B) / determinant;
     const double most = std::max(std::abs(turn_A), std::abs(turn_B));
-    if (most > kLongest) {
-      turn_A *= kLongest / most;
-      turn_B *= kLongest / most;
+    if (most > kPatchLongest) {
+      turn_A *= kPatchLongest / most;
+      turn_B *= kPatchLongest / most;
     }
     const bool is_in_A = turn(at_A, turn_A, low_A, high_A);
     const bool is_in_B = turn(at_B, turn_B, low_B, high_B);
-    if (most < kStill) return true;
+    if (most < kPatchStill) return true;
     if (!(is_in_A && is_in_B) && ++stops > kStopsMax) return false;
   }
   return true;

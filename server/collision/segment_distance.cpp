@@ -12,12 +12,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/convex_pair.h"
+
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 60;        // bisections among them
-constexpr double kStill = 1e-9;      // of the half length, of a step: the error left is its square
-constexpr double kKissing_m = 1e-8;  // nearer than this, closest points tell no direction
+constexpr int kSegmentStepsMax = 60;  // bisections among them
+constexpr double kSegmentStill =
+    1e-9;  // of the half length, of a step: the error left is its square
 
 /// D' and D'' at a place.
 struct Slope {
@@ -33,10 +35,10 @@ double rounding_of(const Segment& segment) {
 /// is. Values up to `rounding` are zero.
 template <typename F>
 double root_between(double low, double high, double t, double rounding, F&& slope_at) {
-  const double still = kStill * (high - low);
+  const double still = kSegmentStill * (high - low);
   bool has_low = false, has_high = false;
   t = std::clamp(t, low, high);
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kSegmentStepsMax; ++step) {
     const Slope slope = slope_at(t);
     if (std::abs(slope.value) <= rounding) break;  // among parallels, the sign would be noise
     double next;

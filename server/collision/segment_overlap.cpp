@@ -14,7 +14,7 @@ LeastOverlap OverlapSearch::box_segment() {
   for (int k = 0; k < 3; ++k) {
     const double overlap = h[k] + Q_.size.y() * std::abs(b_[k]) - std::abs(c_[k]);
     second = std::min(second, std::max(overlap, best_.overlap));
-    take(Vector::Unit(k), overlap, c_[k] < 0, Touch::on_Q);
+    take(Vector::Unit(k), overlap, c_[k] < 0, OverlapTouch::on_Q);
   }
   for (int k = 0; k < 3; ++k) {
     const Vector across = Vector::Unit(k).cross(b_);
@@ -26,7 +26,7 @@ LeastOverlap OverlapSearch::box_segment() {
     if (!(overlap < best_.overlap)) continue;
     edge = k;
     sine = length;
-    take(across / length, overlap, along < 0, Touch::lines);
+    take(across / length, overlap, along < 0, OverlapTouch::lines);
   }
   if (best_.overlap < 0) {
     const SegmentDistance closest = segment_box({c_, b_, Q_.size.y()}, h);
@@ -51,12 +51,13 @@ LeastOverlap OverlapSearch::box_segment() {
 
 LeastOverlap OverlapSearch::cylinder_segment() {
   const double r = P_.size.x(), H = P_.size.y(), L = Q_.size.y();
-  take(Vector::UnitZ(), H + L * std::abs(b_.z()) - std::abs(c_.z()), c_.z() < 0, Touch::on_Q);
+  take(Vector::UnitZ(), H + L * std::abs(b_.z()) - std::abs(c_.z()), c_.z() < 0,
+       OverlapTouch::on_Q);
   if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   const SeenAlong seen({Vector::UnitZ(), r, H}, b_);
   if (!seen.is_round) {
     const double along = seen.u.dot(c_);
-    take(seen.u, r - std::abs(along), along < 0, Touch::lines);
+    take(seen.u, r - std::abs(along), along < 0, OverlapTouch::lines);
     if (is_beyond_limit()) return beyond(best_.n, -best_.overlap);
   }
   const SegmentDistance closest = segment_cylinder({c_, b_, L}, r, H);
@@ -71,16 +72,17 @@ LeastOverlap OverlapSearch::cylinder_segment() {
                        closest.sine};
     return as_A_sees(found);
   }
-  if (touch_ == Touch::on_Q) {
+  if (touch_ == OverlapTouch::on_Q) {
     if (const auto found = at_face()) return *found;
   }
   for (const double end : {L, -L}) {
     const Vector q = c_ + end * b_;
     const double across = std::sqrt(q.x() * q.x() + q.y() * q.y());
     attempt(across > 0 ? Vector(q.x() / across, q.y() / across, 0) : Vector(Vector::UnitX()),
-            Touch::on_Q);
+            OverlapTouch::on_Q);
   }
-  try_rim_at_line(seen, c_, best_.overlap, [&](const Vector& n) { attempt(n, Touch::on_P); });
+  try_rim_at_line(seen, c_, best_.overlap,
+                  [&](const Vector& n) { attempt(n, OverlapTouch::on_P); });
   return result(Vector::UnitZ());
 }
 

@@ -20,12 +20,13 @@
 namespace cradle {
 namespace {
 
-constexpr int kStepsMax = 40;
-constexpr double kStill = 1e-7;   // rad, of a step: the error left is about its square
-constexpr double kLeast = 1e-9;   // of d_e, beside r q^2: below, f bends at the ends only
-constexpr double kAlong = 1e-24;  // a squared sine: along its axis a rim has no point that counts
+constexpr int kSideStepsMax = 40;
+constexpr double kSideStill = 1e-7;  // rad, of a step: the error left is about its square
+constexpr double kLeast = 1e-9;      // of d_e, beside r q^2: below, f bends at the ends only
+constexpr double kSideAlong2 =
+    1e-24;  // a squared sine: along its axis a rim has no point that counts
 
-HalfAngle normalised(double c, double s) { return between({c, s}, {c, s}); }
+HalfAngle half_angle(double c, double s) { return between({c, s}, {c, s}); }
 
 }  // namespace
 
@@ -45,7 +46,7 @@ double SideArc::point_bound(double low, double high, double up, double cosine) c
   if (!(length > 0)) return -length;
   const HalfAngle at = at_cosine(std::clamp(d_u / length, low, high));
   const double along = from + turn * at.c, across2 = 1 - along * along;
-  if (!(across2 > kAlong)) return -length;
+  if (!(across2 > kSideAlong2)) return -length;
   const double share = r / std::sqrt(across2), out2 = 1 - up * up;
   const double u = d_u - share * (out2 * at.c - along * turn), e = d_e - share * out2 * at.s;
   return up * share * (up - along * cosine) - std::sqrt(u * u + e * e);
@@ -53,7 +54,7 @@ double SideArc::point_bound(double low, double high, double up, double cosine) c
 
 double SideArc::to_u(const HalfAngle& at) const {
   const double along = from + turn * at.c, across2 = 1 - along * along;
-  return d_u + (across2 > kAlong ? r * turn * along / std::sqrt(across2) : 0);
+  return d_u + (across2 > kSideAlong2 ? r * turn * along / std::sqrt(across2) : 0);
 }
 double SideArc::slope(const HalfAngle& at) const { return to_u(at) * at.s - d_e * at.c; }
 
@@ -91,15 +92,15 @@ HalfAngle SideArc::least_between(HalfAngle begin, HalfAngle end) const {
   if (first > 0 || (first == 0 && to_u(begin) >= 0)) return begin;
   if (slope(end) <= 0) return end;
   const double length2 = d_u * d_u + d_e * d_e;
-  HalfAngle at = length2 > 0 ? normalised(d_u, d_e) : HalfAngle{0, 1};
+  HalfAngle at = length2 > 0 ? half_angle(d_u, d_e) : HalfAngle{0, 1};
   const auto is_inside = [&](double c, double s) {
     return begin.c * s > begin.s * c && c * end.s > s * end.c;
   };
   if (!is_inside(at.c, at.s)) at = between(begin, end);
-  for (int step = 0; step < kStepsMax; ++step) {
+  for (int step = 0; step < kSideStepsMax; ++step) {
     const double along = from + turn * at.c, across2 = 1 - along * along;
     double to_u = d_u, bend = 0;
-    if (across2 > kAlong) {
+    if (across2 > kSideAlong2) {
       const double share = r * turn / std::sqrt(across2);
       to_u += share * along;
       bend = share * turn * at.s * at.s / across2;
@@ -110,9 +111,9 @@ HalfAngle SideArc::least_between(HalfAngle begin, HalfAngle end) const {
     const double angle = bend > 0 ? -rise / bend : 2;
     double c = at.c - angle * at.s, s = at.s + angle * at.c;
     const bool is_between = std::abs(angle) < 1 && is_inside(c, s);
-    if (!is_between && std::abs(angle) < kStill) break;
-    at = is_between ? normalised(c, s) : between(begin, end);
-    if (is_between && std::abs(angle) < kStill) break;
+    if (!is_between && std::abs(angle) < kSideStill) break;
+    at = is_between ? half_angle(c, s) : between(begin, end);
+    if (is_between && std::abs(angle) < kSideStill) break;
   }
   return at;
 }

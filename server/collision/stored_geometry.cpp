@@ -46,7 +46,7 @@ Aabb box_of(const CompoundPart& part, const Pose& X_BP) {
 }
 
 /// Fills in what follows from the parts.
-void complete(Compound& compound) {
+void complete_compound(Compound& compound) {
   std::vector<FloatBox> boxes;
   std::vector<std::int32_t> with_box;
   for (const CompoundPart& part : compound.parts) {
@@ -105,7 +105,7 @@ MadeGeometry make_compound(std::vector<CompoundPart> parts) {
   }
   Compound compound;
   compound.parts = std::move(parts);
-  complete(compound);
+  complete_compound(compound);
   return {std::make_shared<const StoredGeometry>(StoredGeometry{std::move(compound)}), {}};
 }
 

@@ -31,7 +31,7 @@ constexpr double kLying = 0.7;
 /// so does a face as its edge.
 constexpr double kSteep = 0.95;
 /// Sine of an edge's slope that is rounding: both ends are farthest, and which is found is chance.
-constexpr double kLevel = 1e-9;
+constexpr double kLevelFeature = 1e-9;
 /// m. A rim whose farthest point leads by less is level, and its octagon begins at x.
 constexpr double kLead_m = 1e-10;
 
@@ -167,7 +167,7 @@ SupportFeature hull_feature(const ConvexHull& hull, const Vector& d, std::int32_
   const std::int32_t u = hull.neighbours[flattest];
   const std::size_t edge_place = index(hull.around[flattest]);
   constexpr double kFlush = kTolerances.flush_cosine;
-  const bool is_flush = best_along >= kFlush, is_level = least_drop > -kLevel;
+  const bool is_flush = best_along >= kFlush, is_level = least_drop > -kLevelFeature;
   if ((is_level || !is_flush) && least_drop * least_drop < 1 - kFlush * kFlush) {
     const std::size_t other = twin(hull, edge_place, v, u);
     best = along(other) > along(edge_place) ? other : edge_place;

@@ -33,12 +33,11 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFanMax = 1000;    // triangles around a vertex that are looked at
 constexpr std::size_t kPlanesMax = 256;  // that are asked whether they part C from a triangle
 
-std::size_t before(std::size_t k) { return k == 0 ? 2 : k - 1; }
-std::size_t after(std::size_t k) { return k == 2 ? 0 : k + 1; }
+std::size_t corner_before(std::size_t k) { return k == 0 ? 2 : k - 1; }
+std::size_t corner_after(std::size_t k) { return k == 2 ? 0 : k + 1; }
 
 std::uint32_t name_of_crossing(std::uint32_t edge, bool leaves) {
   return 3u << 30 | edge << 15 | static_cast<std::uint32_t>(leaves);
@@ -69,7 +68,7 @@ bool for_fan(const SurfaceView& surface, const SurfaceTriangle& t, std::size_t k
     std::size_t corner = k;
     for (std::size_t step = 0; step < kFanMax; ++step) {
       if ((step > 0 || !is_forward) && !visit(at, corner)) return false;
-      const std::int32_t next = surface.neighbour(at, is_forward ? corner : before(corner));
+      const std::int32_t next = surface.neighbour(at, is_forward ? corner : corner_before(corner));
       if (next < 0) break;
       if (next == t.number) return true;  // all round
       at = surface.triangle(next);
@@ -89,7 +88,7 @@ std::uint32_t name_of_vertex(std::int32_t v) {
 /// 15 bits, the same from both sides of an edge.
 std::uint32_t name_of_edge(const SurfaceTriangle& t, std::size_t k) {
   const auto a = static_cast<std::uint32_t>(t.vertices[k]);
-  const auto b = static_cast<std::uint32_t>(t.vertices[after(k)]);
+  const auto b = static_cast<std::uint32_t>(t.vertices[corner_after(k)]);
   return (std::min(a, b) * 31 + std::max(a, b)) & 0x7fff;
 }
 
@@ -110,9 +109,9 @@ bool admits_vertex(const SurfaceView& surface, const SurfaceTriangle& t, std::si
   const bool is_in_cone =
       for_fan(surface, t, k, [&](const SurfaceTriangle& at, std::size_t corner) {
         is_felt = is_felt || is_active(surface.edge_kind(at, corner)) ||
-                  is_active(surface.edge_kind(at, before(corner)));
+                  is_active(surface.edge_kind(at, corner_before(corner)));
         is_in_front = is_in_front || m.dot(at.normal) >= -sine;
-        return m.dot(at.edge(corner)) <= sine && m.dot(at.edge(before(corner))) >= -sine;
+        return m.dot(at.edge(corner)) <= sine && m.dot(at.edge(corner_before(corner))) >= -sine;
       });
   return is_in_cone && is_felt && is_in_front;
 }
@@ -251,7 +250,7 @@ void SurfaceContactFinder::add_face_points(const SurfaceTriangle& t, const Over&
   if (corners_only || !over.has_active_edges() || count < 2) return;
   for (std::size_t k = 0; k < 3; ++k) {
     if (!over.is_active_edge[k]) continue;
-    const Vector edge = t.corners[after(k)] - t.corners[k];
+    const Vector edge = t.corners[corner_after(k)] - t.corners[k];
     const double length = edge.norm();
     for (std::size_t i = 0; i < (count == 2 ? 1 : count); ++i) {
       const Vector& from = part.corners[i];
@@ -270,12 +269,12 @@ void SurfaceContactFinder::add_face_points(const SurfaceTriangle& t, const Over&
 /// Those on ridges and borders under a face of C.
 void SurfaceContactFinder::add_vertices(const SurfaceTriangle& t, const Over& over,
                                         const SupportFeature& face) {
-  constexpr double kSteep = -0.05;
+  constexpr double kDownward = -0.05;
   const double down = face.normal.dot(t.normal);
-  if (down > kSteep) return;
+  if (down > kDownward) return;
   const auto count = static_cast<std::size_t>(face.count);
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!over.is_active_edge[k] && !over.is_active_edge[before(k)]) continue;
+    if (!over.is_active_edge[k] && !over.is_active_edge[corner_before(k)]) continue;
     const Vector& v = t.corners[k];
     bool is_under = true;
     for (std::size_t i = 0; i < count && is_under; ++i) {

@@ -8,12 +8,19 @@
 #include "server/collision/triangle_overlap.h"
 
 namespace cradle {
+
+/// Which part of a triangle is farthest along m.
+struct TopPart {
+  std::size_t vertex = 0, edge = 0;
+  bool is_level = false;  ///< the edge is as far
+};
+
 namespace {
 
 /// Takes the normal of the triangle, of C's face or of the two edges that touch for the direction,
 /// if that is as good: closest points tell it to 1e-8 or so only.
-void sharpen(const ConvexPair& pair, const SupportFeature& part, const Vector& edge,
-             LeastOverlap& least, SupportHints& hints) {
+void sharpen_edge(const ConvexPair& pair, const SupportFeature& part, const Vector& edge,
+                  LeastOverlap& least, SupportHints& hints) {
   const auto try_normal = [&](const Vector& exact) {
     const double off2 = (exact - least.n).squaredNorm();
     constexpr double kNear2 = kTolerances.sharpen_sine * kTolerances.sharpen_sine;
@@ -38,12 +45,6 @@ std::uint64_t key_of_edge(const SurfaceTriangle& t, std::size_t k) {
   const auto b = static_cast<std::uint64_t>(t.vertices[(k + 1) % 3]) + 1;
   return std::min(a, b) << 32 | std::max(a, b);
 }
-
-/// Which part of a triangle is farthest along m.
-struct TopPart {
-  std::size_t vertex = 0, edge = 0;
-  bool is_level = false;  ///< the edge is as far
-};
 
 TopPart top_of(const SurfaceTriangle& t, const Vector& m) {
   TopPart top;
@@ -189,7 +190,7 @@ struct SurfaceContactFinder::Touch {
  private:
   void settle(const ConvexPair& pair, const Matrix& R, const SurfaceTriangle& t,
               SupportHints& hints) {
-    sharpen(pair, part, t.edge(top.edge), found, hints);
+    sharpen_edge(pair, part, t.edge(top.edge), found, hints);
     normal = -(R * found.n);
     separation = -found.overlap - pair.A.radius;
   }

@@ -22,8 +22,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// Of the part's thickness; within what may not be deeper than that.
 constexpr double kMiddleShare = 0.5;
 /// Of how deep a part may get. What is farther behind a triangle's plane lies across a ridge.

@@ -260,7 +260,6 @@ Aabb box_of(const SurfaceTriangle& t) {
 }
 
 bool is_finite(const Pose& X) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return X.x.squaredNorm() < kInfinity && X.R.squaredNorm() < kInfinity;
 }
 

@@ -18,10 +18,10 @@
 namespace cradle {
 namespace {
 
-using Corners = std::array<Vector, 3>;
+using TriangleCorners = std::array<Vector, 3>;
 
 /// Its number.
-std::size_t lowest_along(const Corners& p, const Vector& n) {
+std::size_t lowest_along(const TriangleCorners& p, const Vector& n) {
   const double a = n.dot(p[0]), b = n.dot(p[1]), c = n.dot(p[2]);
   return a <= b ? (a <= c ? 0 : 2) : (b <= c ? 1 : 2);
 }
@@ -29,7 +29,7 @@ std::size_t lowest_along(const Corners& p, const Vector& n) {
 /// The nearest points of a triangle and the segment |z| <= h on the axis of z.
 class SegmentSearch {
  public:
-  SegmentSearch(double half_length, const Corners& p) : h_(half_length), p_(p) {}
+  SegmentSearch(double half_length, const TriangleCorners& p) : h_(half_length), p_(p) {}
 
   std::optional<LeastOverlap> find(double limit) {
     if (!try_ends()) return std::nullopt;
@@ -82,14 +82,14 @@ class SegmentSearch {
   }
 
   const double h_;
-  const Corners& p_;
+  const TriangleCorners& p_;
   double least2_ = std::numeric_limits<double>::infinity(), z_ = 0;
   Vector v_ = Vector::Zero();
 };
 
 class CornerSearch {
  public:
-  CornerSearch(const ConvexShape& A, const Corners& p) : A_(A), p_(p) {}
+  CornerSearch(const ConvexShape& A, const TriangleCorners& p) : A_(A), p_(p) {}
 
   std::optional<LeastOverlap> find(double limit) {
     Simplex simplex = beside(A_.centre);
@@ -140,13 +140,13 @@ class CornerSearch {
   }
 
   const ConvexShape& A_;
-  const Corners& p_;
+  const TriangleCorners& p_;
   std::int32_t hint_ = 0;
 };
 
 }  // namespace
 
-std::optional<LeastOverlap> triangle_overlap(const ConvexShape& A, const Corners& triangle,
+std::optional<LeastOverlap> triangle_overlap(const ConvexShape& A, const TriangleCorners& triangle,
                                              double limit) {
   if (A.kind == ShapeKind::capsule) return SegmentSearch(A.size.y(), triangle).find(limit);
   if (!has_corners(A)) return std::nullopt;

@@ -39,17 +39,17 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kRounding = std::numeric_limits<double>::epsilon();
-constexpr double kRoundingOfStep = 2.0;  // standard deviation of a step's rounding, in kRounding
-constexpr double kDeviations = 6;        // of rounding, that the bound holds
-constexpr double kBiasOfStep = 1.0;      // of a step's attitude, alike in all steps, in kRounding
-constexpr double kBiasOfSpin = 0.5;      // likewise of its angular velocity, relative
-constexpr double kRoundingOfForce = 4;   // turned into W and divided by the mass, in kRounding
-constexpr double kUnturned_rad = 4 * kRounding;  // q made unit
-constexpr double kSixthOrder = 64.0 / 63;        // the error, by what half the steps change
-constexpr double kDoubt = 0.05;                  // of that, for higher orders
-constexpr double kDifference = 1e-5;             // rad, of the central differences
-constexpr double kFirstOrder_rad = 2 * kDoubt;   // where the second order, e^2 / 2, is kDoubt e
+constexpr double kDigit = std::numeric_limits<double>::epsilon();
+constexpr double kRoundingOfStep = 2.0;       // standard deviation of a step's rounding, in kDigit
+constexpr double kDeviations = 6;             // of rounding, that the bound holds
+constexpr double kBiasOfStep = 1.0;           // of a step's attitude, alike in all steps, in kDigit
+constexpr double kBiasOfSpin = 0.5;           // likewise of its angular velocity, relative
+constexpr double kRoundingOfForce = 4;        // turned into W and divided by the mass, in kDigit
+constexpr double kUnturned_rad = 4 * kDigit;  // q made unit
+constexpr double kSixthOrder = 64.0 / 63;     // the error, by what half the steps change
+constexpr double kDoubt = 0.05;               // of that, for higher orders
+constexpr double kDifference = 1e-5;          // rad, of the central differences
+constexpr double kFirstOrder_rad = 2 * kDoubt;  // where the second order, e^2 / 2, is kDoubt e
 constexpr double kStep_rad = 0.1;  // less than what a step of the series turns at most, 0.14
 
 /// The state relative to `at`, in its P.
@@ -192,10 +192,10 @@ void FlightError::turn(const FlightSample& f) {
   const bool keeps_spin =
       f.need.turn == Turn::steady || (f.need.turn == Turn::planar && twist(f) == 0);
   const double spins = keeps_spin ? 2 : steps;
-  add_doubt(kDoubt * left_out.head<3>().norm() + kBiasOfStep * kRounding * steps,
-            kDoubt * left_out.tail<3>().norm() + kBiasOfSpin * kRounding * spins * hw +
+  add_doubt(kDoubt * left_out.head<3>().norm() + kBiasOfStep * kDigit * steps,
+            kDoubt * left_out.tail<3>().norm() + kBiasOfSpin * kDigit * spins * hw +
                 f.dt * error_of_arms(f));
-  const double rounding = kRoundingOfStep * kRounding * std::sqrt(steps);
+  const double rounding = kRoundingOfStep * kDigit * std::sqrt(steps);
   noise_ = phi * noise_ * phi.transpose() + balls(rounding, rounding * hw);
 }
 
@@ -228,9 +228,9 @@ void FlightError::add_displacement(const FlightSample& f) {
 /// is how often they are not. One digit is there from the first time on.
 void FlightError::add_rounding_of_place(const FlightSample& f, double push_Ns) {
   const double change = push_Ns / f.mass;
-  const double digit_mps = kRounding * (f.start.v.norm() + change);
-  const double digit_m = kRounding * (f.start.x.norm() + f.dt * f.start.v.norm());
-  const double apart_mps = (grown_rad() + kRoundingOfForce * kRounding) * change;
+  const double digit_mps = kDigit * (f.start.v.norm() + change);
+  const double digit_m = kDigit * (f.start.x.norm() + f.dt * f.start.v.norm());
+  const double apart_mps = (grown_rad() + kRoundingOfForce * kDigit) * change;
   speed_variance_ += digit_mps * std::min(digit_mps, apart_mps);
   const double speed_mps = speed_mps_ + digit_mps + kDeviations * std::sqrt(speed_variance_);
   distance_m_ += f.dt * (speed_mps - speed_mps_);

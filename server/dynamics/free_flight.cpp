@@ -14,9 +14,9 @@ namespace cradle {
 namespace {
 
 // About 1.5 ms a body. At the fastest spin allowed, reached only at rates below 50 Hz.
-constexpr double kStepsMax = 25'000;
+constexpr double kFlightStepsMax = 25'000;
 
-const FlightKernels& kernels_of(int lanes) {
+const FlightKernels& flight_kernels_of(int lanes) {
 #ifdef CRADLE_WIDE_X86
   return kernels_of_width<FlightKernels>(
       lanes, {&kFlightKernels1, &kFlightKernels2, &kFlightKernels4, &kFlightKernels8});
@@ -26,7 +26,7 @@ const FlightKernels& kernels_of(int lanes) {
 }
 
 double steps_for(double angle_rad) {
-  return std::fmin(std::fmax(1.0, std::ceil(angle_rad / kStepAngle_rad)), kStepsMax);
+  return std::fmin(std::fmax(1.0, std::ceil(angle_rad / kStepAngle_rad)), kFlightStepsMax);
 }
 
 bool turns_freely(Course course, const Vector& J) {
@@ -186,7 +186,7 @@ FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::
 
 void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int end) {
   const FlightPointers pointers = pointers_to(tick, bodies);
-  const FlightKernels& kernels = kernels_of(tick.lanes);
+  const FlightKernels& kernels = flight_kernels_of(tick.lanes);
   Sorter sorter(tick, bodies, pointers, kernels);
   for (int slot = begin; slot < end;) {
     const int next = std::min(slot + kernels.lanes, end);

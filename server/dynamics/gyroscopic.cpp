@@ -22,7 +22,7 @@ constexpr double kOrder4Angle_rad = 0.014;
 constexpr double kOrder6Angle_rad = 0.05;
 // About 1.5 ms a body. What turns further in a sub-step (above 1e4 rad/s at less than 3 Hz) stops
 // its nutation there: energy and momentum hold, the phase does not, nor would anyone see it.
-constexpr int kStepsMax = 25'000;
+constexpr int kTurnStepsMax = 25'000;
 
 /// W_(k+1) from those before.
 template <std::size_t k, class Terms>
@@ -73,7 +73,7 @@ Vector gyroscopic_step(const Vector& w_B, const Vector& J, double h) {
 
   Vector w = w_B;
   double left = h;
-  for (int i = 0; i < kStepsMax && left > 0; ++i) {
+  for (int i = 0; i < kTurnStepsMax && left > 0; ++i) {
     const double speed = std::sqrt(w.squaredNorm());
     const double steps = std::ceil(left * speed / kStepAngle_rad);
     const double step = steps > 1 ? left / steps : left;

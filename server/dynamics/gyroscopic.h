@@ -5,6 +5,7 @@
 
 namespace cradle {
 
+/// cross_matrix(a) b = a x b.
 inline Matrix cross_matrix(const Vector& a) {
   Matrix m;
   m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;

@@ -18,7 +18,9 @@ namespace {
 
 constexpr std::size_t kCornersMax = 4096;  // each pair of edges is looked at
 
-double cross(const PlanarVector& a, const PlanarVector& b) { return a.x() * b.y() - a.y() * b.x(); }
+double planar_cross(const PlanarVector& a, const PlanarVector& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
 struct Sums {
   double area = 0;
@@ -27,11 +29,11 @@ struct Sums {
   double area_of_all = 0;  ///< without signs: what rounding is measured by
 };
 
-Sums integrate(std::span<const PlanarVector> corners, const PlanarVector& o) {
+Sums integrate_polygon(std::span<const PlanarVector> corners, const PlanarVector& o) {
   Sums sums;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const PlanarVector p = corners[k] - o, q = corners[(k + 1) % corners.size()] - o;
-    const double c = cross(p, q);
+    const double c = planar_cross(p, q);
     sums.area += c / 2;
     sums.area_of_all += std::abs(c) / 2;
     sums.first += c / 6 * (p + q);
@@ -42,7 +44,7 @@ Sums integrate(std::span<const PlanarVector> corners, const PlanarVector& o) {
 
 /// On which side of the line from a to b is p: left 1, right -1, on it 0.
 int side(const PlanarVector& a, const PlanarVector& b, const PlanarVector& p) {
-  const double value = cross(b - a, p - a);
+  const double value = planar_cross(b - a, p - a);
   return (value > 0) - (value < 0);
 }
 
@@ -98,12 +100,12 @@ MadePlanarMass planar_polygon(std::span<const PlanarVector> corners, double dens
   if (!(density_kgpm2 > 0 && std::isfinite(density_kgpm2))) {
     return refused("has no density above 0");
   }
-  const Sums rough = integrate(corners, corners[0]);
+  const Sums rough = integrate_polygon(corners, corners[0]);
   if (!(std::abs(rough.area) > 1e-13 * rough.area_of_all)) return refused("has no area");
   if (meets_itself(corners)) return refused("meets itself");
   if (rough.area < 0) return refused("is inside out: its corners run clockwise; reverse them");
   const PlanarVector o = corners[0] + rough.first / rough.area;
-  const Sums fine = integrate(corners, o);
+  const Sums fine = integrate_polygon(corners, o);
   const PlanarVector correction = fine.first / fine.area;
   return {{density_kgpm2 * fine.area, o + correction,
            density_kgpm2 * (fine.second - fine.area * correction.squaredNorm())},

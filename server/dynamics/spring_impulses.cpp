@@ -110,7 +110,7 @@ void solve(std::span<SpringBody> bodies, std::span<const SpringLink> links, doub
 }
 
 /// From `start`, with a part of the velocities of `pulled`.
-Flight moved(const Flight& start, const Flight& pulled, double scale, double h) {
+Flight moved_flight(const Flight& start, const Flight& pulled, double scale, double h) {
   Flight end = start;
   end.v = scale * pulled.v;
   end.w = scale * pulled.w;
@@ -136,13 +136,13 @@ void spring_impulses(std::span<SpringBody> bodies, std::span<const SpringLink> l
   for (int halving = 0; halving < kHalvings; ++halving, scale /= 2) {
     double allowed_J = start_J;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      bodies[i].flight = moved(start[i].flight, pulled[i].flight, scale, h);
+      bodies[i].flight = moved_flight(start[i].flight, pulled[i].flight, scale, h);
       allowed_J += h * bodies[i].force_W.dot(bodies[i].flight.v);
     }
     if (kinetic_energy(bodies) + spring_energy(bodies, later) <= allowed_J) return;
   }
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    bodies[i].flight = moved(start[i].flight, {}, 1, h);
+    bodies[i].flight = moved_flight(start[i].flight, {}, 1, h);
   }
 }
 

@@ -48,7 +48,7 @@ constexpr Eigen::Index kDenseMax = 96;  // unknowns; beyond it, sparse factors
 constexpr double kResolved = 100;       // s^4 at which half of a mode is damped away
 
 /// A body between the step's start and end.
-struct Path {
+struct BodyPath {
   Matrix R0, R1;
   Vector w0_B, w1_B;
   Vector v0, v1;
@@ -68,7 +68,7 @@ class SpringStep {
         softness_(links.size()) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const Flight& flight = bodies[i].flight;
-      Path& path = paths_[i];
+      BodyPath& path = paths_[i];
       path.R0 = path.R1 = flight.q.toRotationMatrix();
       path.v0 = path.v1 = flight.v;
       path.w0_B = path.w1_B = flight.q.conjugate() * flight.w;
@@ -103,7 +103,7 @@ class SpringStep {
   void finish() {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       Flight& flight = bodies_[i].flight;
-      const Path& path = paths_[i];
+      const BodyPath& path = paths_[i];
       const Rotation turn = turn_of(i);
       flight.x = path.x1;
       flight.v = path.v1;
@@ -115,7 +115,7 @@ class SpringStep {
 
  private:
   Rotation turn_of(std::size_t i) const {
-    const Path& path = paths_[i];
+    const BodyPath& path = paths_[i];
     if (!bodies_[i].inertia.turns()) return rotation_exp(h_ * path.w0_B);
     const Vector half = h_ / 4 * (path.w0_B + path.w1_B);
     return normalised(Rotation(1, half.x(), half.y(), half.z()));
@@ -133,7 +133,7 @@ class SpringStep {
   /// Takes a Newton step and brings the poses up to date.
   void move(const Eigen::VectorXd& step) {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      Path& path = paths_[i];
+      BodyPath& path = paths_[i];
       const auto at = static_cast<Eigen::Index>(6 * i);
       path.v1 -= step.segment<3>(at);
       path.w1_B -= step.segment<3>(at + 3);
@@ -145,7 +145,7 @@ class SpringStep {
   double relative_size(const Eigen::VectorXd& step) const {
     double worst = 0;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const Path& path = paths_[i];
+      const BodyPath& path = paths_[i];
       const auto at = static_cast<Eigen::Index>(6 * i);
       // What rounding of the place comes to as a velocity.
       const double blur = 1e-2 * (path.x0.norm() + 1e-3) / h_;
@@ -162,7 +162,7 @@ class SpringStep {
   };
   EndAt end_at(const SpringEnd& end) const {
     if (end.body < 0) return {end.point, end.end, Vector::Zero()};
-    const Path& path = paths_[static_cast<std::size_t>(end.body)];
+    const BodyPath& path = paths_[static_cast<std::size_t>(end.body)];
     const Vector r0 = path.R0 * end.point, r1 = path.R1 * end.point;
     return {path.x0 + r0, path.x1 + r1, (r0 + r1) / 2};
   }
@@ -200,7 +200,7 @@ class SpringStep {
     Eigen::VectorXd r(static_cast<Eigen::Index>(6 * bodies_.size()));
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const SpringBody& body = bodies_[i];
-      const Path& path = paths_[i];
+      const BodyPath& path = paths_[i];
       const auto at = static_cast<Eigen::Index>(6 * i);
       const Vector w_B = (path.w0_B + path.w1_B) / 2;
       const Resistance drag = resistance(body.drag, (path.v0 + path.v1) / 2, w_B);  // torque in B
@@ -241,7 +241,7 @@ class SpringStep {
   /// Derivative of a body's own momentum by (v1, W1).
   Block own_block(std::size_t i) const {
     const SpringBody& body = bodies_[i];
-    const Path& path = paths_[i];
+    const BodyPath& path = paths_[i];
     Block block = Block::Identity();
     const Vector v = (path.v0 + path.v1) / 2;
     const double speed = v.norm();
@@ -429,7 +429,7 @@ class SpringStep {
   std::span<SpringBody> bodies_;
   std::span<const SpringLink> links_;
   double h_, creep_;
-  std::vector<Path> paths_;
+  std::vector<BodyPath> paths_;
   std::vector<double> softness_;  // g
 };
 

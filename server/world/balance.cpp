@@ -28,7 +28,7 @@ void list_flyers(World::State& s) {
 }
 
 /// Gravity and one force, on a body that had no contact.
-void add(World::State& s, const Balance::Flyer& flyer) {
+void add_flyer(World::State& s, const Balance::Flyer& flyer) {
   const auto i = static_cast<std::size_t>(flyer.slot);
   if (s.bodies.in_contact[i] != 0 || s.bodies.quarantined[i] != 0) return;
   const Momentum now = momentum_of(s, i);
@@ -72,7 +72,7 @@ void begin_balance(World::State& s) {
 
 void end_balance(World::State& s) {
   if (!s.balance.is_due) return;
-  for (const Balance::Flyer& flyer : s.balance.flyers) add(s, flyer);
+  for (const Balance::Flyer& flyer : s.balance.flyers) add_flyer(s, flyer);
   StepBalance& tick = s.balance.tick;
   const ContactBalance& contacts = s.solved.balance;
   const double gravity_J = s.gravity_W.dot(contacts.mass_way);

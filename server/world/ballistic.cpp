@@ -20,7 +20,7 @@ namespace {
 /// much, is at rest. Above it events are exact; below, it is what soft contacts leave to rounding.
 constexpr double kAtRest_m = 1e-6;
 /// Worth a thread, at some tens of nanoseconds each.
-constexpr int kPairs = 64;
+constexpr int kBallPairs = 64;
 
 /// By what it is made of.
 bool is_ball(const World::State& s, std::size_t i) {
@@ -227,7 +227,7 @@ class Bounces final : public BallSurroundings {
 
   void leave_out() {
     balls_.is_bound.resize(events_.pairs.size());
-    for_each_index(executor_, events_.pairs.size(), kPairs, [this](std::size_t k) {
+    for_each_index(executor_, events_.pairs.size(), kBallPairs, [this](std::size_t k) {
       BallPair& pair = events_.pairs[k];
       pair.time = events_.first_time(pair);
       balls_.is_bound[k] = is_bound(pair) ? 1 : 0;
@@ -362,7 +362,7 @@ void begin_balls(World::State& s, Executor& executor) {
   }
   if (balls.slots.empty()) return;
   balls.events.balls.resize(balls.slots.size());
-  for_each_index(executor, balls.slots.size(), kPairs, [&s](std::size_t k) {
+  for_each_index(executor, balls.slots.size(), kBallPairs, [&s](std::size_t k) {
     s.balls.events.balls[k] = ball_of(s, index(s.balls.slots[k]));
   });
   const auto count = static_cast<double>(balls.slots.size());

@@ -17,7 +17,7 @@ constexpr double kInPlane = 0.05;
 constexpr double kMayPull = 0.05;
 
 /// Whether its points remember nothing but that they are not new.
-bool is_idle(const ContactConstraint& c) {
+bool bears_nothing(const ContactConstraint& c) {
   return std::ranges::all_of(c.used(), [&c](const ConstraintPoint& p) {
     return p.force == 0 && p.press == 0 && (!c.has_rested || c.rest(p).is_none());
   });
@@ -27,7 +27,7 @@ bool is_idle(const ContactConstraint& c) {
 template <class F>
 void tell(const ContactConstraint& c, const F& add) {
   const Vector t2 = c.t2();
-  if (is_idle(c)) {
+  if (bears_nothing(c)) {
     CarriedForce& idle = add() = {};
     idle.feature = kIdleFeature;
     idle.K_normal = c.K_normals[0];

@@ -107,7 +107,7 @@ Result check_coefficients(std::initializer_list<double> values) {
   return Result::ok;
 }
 
-Result check(const BodyTable& bodies, const Spring& spring) {
+Result check_spring(const BodyTable& bodies, const Spring& spring) {
   const Result result = check_coefficients({spring.stiffness, spring.damping, spring.rest_length});
   if (result != Result::ok) return result;
   bool is_moved = false;
@@ -306,7 +306,7 @@ Outcome World::add_springs(std::span<const Spring> springs) {
     return refused(Result::over_quota, 0);
   }
   for (std::size_t k = 0; k < springs.size(); ++k) {
-    Result result = check(s.bodies, springs[k]);
+    Result result = check_spring(s.bodies, springs[k]);
     if (result == Result::ok && s.settings.is_planar && !out_of_plane(springs[k]).empty()) {
       result = Result::out_of_plane;
     }

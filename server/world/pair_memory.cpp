@@ -9,7 +9,7 @@
 namespace cradle {
 namespace {
 
-constexpr std::size_t kChunk = 512;  // pairs that one thread takes at a time
+constexpr std::size_t kPairsChunk = 512;  // pairs that one thread takes at a time
 
 }  // namespace
 
@@ -19,9 +19,10 @@ void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
   now_.resize(pairs.size());
   from_.resize(pairs.size());
   is_gone_.assign(last_.size(), 1);
-  for_chunks(executor, pairs.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-    follow_some(pairs, ids, begin, end);
-  });
+  for_chunks(executor, pairs.size(), kPairsChunk,
+             [&](std::size_t, std::size_t begin, std::size_t end) {
+               follow_some(pairs, ids, begin, end);
+             });
   std::size_t old = 0;
   const auto release_until = [&](auto is_enough) {
     for (; old < last_.size() && !is_enough(); ++old) {

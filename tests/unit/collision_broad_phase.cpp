@@ -9,12 +9,11 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Bodies that drift in a cubic room with a floor and a slope.
-struct Scene {
-  explicit Scene(std::size_t size) {
+struct BoxesAndPlanes {
+  explicit BoxesAndPlanes(std::size_t size) {
     for (std::size_t slot = 0; slot < size; ++slot) add();
     boxes[0] = boxes[1] = {};
     planes = {{0, Vector::UnitZ(), -3}, {1, Vector(-3, 0, 4) / 5, -3}};
@@ -91,7 +90,7 @@ struct Scene {
   }
 };
 
-std::vector<BodyPair> pairs_of(BroadPhase& broad_phase, const BroadPhaseInput& input) {
+std::vector<BodyPair> replaced_pairs_of(BroadPhase& broad_phase, const BroadPhaseInput& input) {
   std::vector<BodyPair> pairs{{-1, -1}};  // to be replaced
   broad_phase.find_pairs(input, pairs);
   return pairs;
@@ -110,7 +109,7 @@ std::unique_ptr<BroadPhase> each_broad_phase() {
 
 TEST_CASE(
     "the broad phase finds the pairs of brute force while bodies move, come, go and turn bad") {
-  Scene scene(160);
+  BoxesAndPlanes scene(160);
   const auto broad_phase = each_broad_phase();
   std::size_t most = 0;
   for (int step = 0; step < 300; ++step) {
@@ -130,7 +129,7 @@ TEST_CASE(
       scene.boxes.pop_back();
       scene.moves.pop_back();
     }
-    const auto pairs = pairs_of(*broad_phase, scene.input(renumbered));
+    const auto pairs = replaced_pairs_of(*broad_phase, scene.input(renumbered));
     REQUIRE(pairs == scene.brute_force());
     REQUIRE(std::is_sorted(pairs.begin(), pairs.end()));
     REQUIRE(std::adjacent_find(pairs.begin(), pairs.end()) == pairs.end());
@@ -140,12 +139,12 @@ TEST_CASE(
 }
 
 TEST_CASE("the pairs do not depend on earlier calls") {
-  Scene scene(100);
+  BoxesAndPlanes scene(100);
   const auto old = each_broad_phase();
   for (int step = 0; step < 50; ++step) {
     scene.step();
     const auto expected = scene.brute_force();
-    REQUIRE(pairs_of(*old, scene.input()) == expected);
+    REQUIRE(replaced_pairs_of(*old, scene.input()) == expected);
   }
 }
 
@@ -153,7 +152,7 @@ TEST_CASE("the broad phase bears no boxes, one box, and boxes that all vanish") 
   const auto broad_phase = each_broad_phase();
   std::vector<Aabb> boxes;
   std::vector<std::uint8_t> moves;
-  const auto pairs = [&] { return pairs_of(*broad_phase, {boxes, moves, {}, false}); };
+  const auto pairs = [&] { return replaced_pairs_of(*broad_phase, {boxes, moves, {}, false}); };
   for (int call = 0; call < 50; ++call) REQUIRE(pairs().empty());
   boxes = {kUnitBox};
   moves = {1};
@@ -173,9 +172,9 @@ TEST_CASE("boxes that touch are a pair, boxes one rounding apart are none") {
   const Vector beside(1, 0, 0), off(std::nextafter(1.0, 2.0), 0, 0);
   const std::vector<std::uint8_t> moves{1, 1};
   std::vector<Aabb> boxes{kUnitBox, {beside, beside + Vector::Ones()}};
-  CHECK(pairs_of(*broad_phase, {boxes, moves, {}, false}).size() == 1);
+  CHECK(replaced_pairs_of(*broad_phase, {boxes, moves, {}, false}).size() == 1);
   boxes[1].lower = off;
-  CHECK(pairs_of(*broad_phase, {boxes, moves, {}, false}).empty());
+  CHECK(replaced_pairs_of(*broad_phase, {boxes, moves, {}, false}).empty());
 }
 
 TEST_CASE("two slots that do not move are no pair, be they boxes or planes") {
@@ -184,7 +183,7 @@ TEST_CASE("two slots that do not move are no pair, be they boxes or planes") {
   const std::vector<std::uint8_t> moves{0, 0, 1, 0};
   const std::vector<Plane> planes{{3, Vector::UnitZ(), 0}};
   const std::vector<BodyPair> expected{{0, 2}, {1, 2}, {2, 3}};
-  CHECK(pairs_of(*broad_phase, {boxes, moves, planes, false}) == expected);
+  CHECK(replaced_pairs_of(*broad_phase, {boxes, moves, planes, false}) == expected);
 }
 
 TEST_CASE("boxes that are not finite, or huge beyond measure, meet nothing") {
@@ -201,6 +200,6 @@ TEST_CASE("boxes that are not finite, or huge beyond measure, meet nothing") {
   const std::vector<BodyPair> expected{{0, 1}, {0, 2}, {1, 2}};
   const auto broad_phase = each_broad_phase();
   for (int call = 0; call < 50; ++call) {
-    REQUIRE(pairs_of(*broad_phase, {boxes, moves, planes, false}) == expected);
+    REQUIRE(replaced_pairs_of(*broad_phase, {boxes, moves, planes, false}) == expected);
   }
 }

@@ -11,8 +11,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 std::array<Vector, 3> random_triangle(Random& random, double size) {
   return {random.vector(size), random.vector(size), random.vector(size)};
 }

@@ -39,7 +39,7 @@ std::string quoted_value(const Setting& setting, const std::string& text) {
 }  // namespace
 
 TEST_CASE("each layer of the configuration yields to the next, for every key") {
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     CAPTURE(setting.key);
     const std::string key(setting.key), other = other_value(setting);
     const auto is_other = [&](const LoadedConfig& config, const std::string& origin) {
@@ -139,7 +139,7 @@ TEST_CASE("the printed configuration is a configuration that prints the same val
   CHECK_THAT(text, Contains("log_level = \"info\"  # default\n"));
   const ConfigFile again(text);  // in another folder
   const LoadedConfig second = load_config({again.path(), {}, {}});
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     CHECK(value_text(setting, second.values) == value_text(setting, first.values));
   }
 }

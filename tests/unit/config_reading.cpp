@@ -11,7 +11,7 @@ namespace cradle {
 namespace {
 
 /// All that is wrong with a file of this text, without its folder; empty if nothing is.
-std::string refusal(const std::string& text) {
+std::string refusal_of(const std::string& text) {
   const ConfigFile file(text);
   std::string all;
   for (const std::string& fault : find_faults(file.path())) {
@@ -57,7 +57,7 @@ metrics = "[::1]:9464"
   CHECK(config.metrics == "[::1]:9464");
   // Nothing was forgotten above: each value is another than the default, and is the file's.
   int line = 1;
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     CAPTURE(setting.key);
     CHECK(value_text(setting, config) != value_text(setting, Config()));
     CHECK(loaded.origins.at(setting.key).text() == file.path() + ":" + std::to_string(++line));
@@ -103,7 +103,7 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
   };
   for (const Case& c : cases) {
     CAPTURE(c.text);
-    CHECK_THAT(refusal(c.text), Catch::Matchers::StartsWith(c.refusal));
+    CHECK_THAT(refusal_of(c.text), Catch::Matchers::StartsWith(c.refusal));
     CHECK_THROWS_AS(load_config({ConfigFile(c.text).path(), {}, {}}), ConfigError);
   }
 }
@@ -111,7 +111,7 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
 TEST_CASE("all faults of a configuration are found, in the order of its lines") {
   const std::string text =
       "threads = 0\nwrold = 'w'\n\nlockstep = 1\nrate_hz = 60\nscene = 'none.toml'\nbodies = 3\n";
-  const std::string all = refusal(text);
+  const std::string all = refusal_of(text);
   CAPTURE(all);
   std::istringstream lines(all);
   for (const char* begin :
@@ -130,7 +130,7 @@ TEST_CASE("all faults of a configuration are found, in the order of its lines") 
 }
 
 TEST_CASE("what is no TOML is one fault, at its line") {
-  const std::string all = refusal("threads = 0\nworld = 'a\n");
+  const std::string all = refusal_of("threads = 0\nworld = 'a\n");
   CHECK_THAT(all, Catch::Matchers::StartsWith("cradled.toml:2: "));
   CHECK(std::count(all.begin(), all.end(), '\n') == 1);
 }
@@ -157,7 +157,7 @@ TEST_CASE("values at the limits of a configuration are accepted") {
   for (const std::string text :
        {"rate_hz = 1", "rate_hz = 10000", "datagram_bytes = 512", "datagram_bytes = 60000",
         "threads = 256", "log_level = 'off'", "world = 'abcdefghijklmnopqrstuvwx'"}) {
-    CHECK(refusal(text) == "");
+    CHECK(refusal_of(text) == "");
   }
 }
 

@@ -103,7 +103,7 @@ std::string demand(const std::string& type) {
   return "must be " + type;  // "3 numbers"
 }
 
-bool is_same(const Scene& a, const Scene& b) {
+bool is_same_scene(const Scene& a, const Scene& b) {
   const auto is_same_wrench = [](const TimedWrench& v, const TimedWrench& w) {
     return v.tick == w.tick && v.body == w.body && v.wrench == w.wrench;
   };
@@ -187,8 +187,8 @@ TEST_CASE("every default of the document is what a scene without the key gets") 
         if (key.name == "seed") before += "jitter_m = [1, 1, 1]\n";
         after = "[[lattice.body]]\nmass_kg = 1\n";
       }
-      CHECK(is_same(scene_of(before + key.name + " = " + key.fallback + "\n" + after),
-                    scene_of(before + after)));
+      CHECK(is_same_scene(scene_of(before + key.name + " = " + key.fallback + "\n" + after),
+                          scene_of(before + after)));
       ++defaults;
     }
   }
@@ -197,7 +197,7 @@ TEST_CASE("every default of the document is what a scene without the key gets") 
 
 TEST_CASE("the document marks what a reload takes over") {
   const Document document = read_document();
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     for (const Key& key : document.at("Configuration")) {
       if (key.name != setting.key) continue;
       CAPTURE(key.name);
@@ -208,7 +208,7 @@ TEST_CASE("the document marks what a reload takes over") {
 
 TEST_CASE("every default of the document is what a configuration without the key gets") {
   std::map<std::string, std::string> expected;
-  for (const Setting& setting : settings()) {
+  for (const Setting& setting : all_settings()) {
     expected[std::string(setting.key)] = value_text(setting, Config());
   }
   const Document document = read_document();

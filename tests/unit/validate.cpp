@@ -15,20 +15,20 @@ namespace {
 using namespace limits;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kBoundless = std::numeric_limits<double>::infinity();
 
-double above(double x) { return std::nextafter(x, kInfinity); }
-double below(double x) { return std::nextafter(x, -kInfinity); }
+double above(double x) { return std::nextafter(x, kBoundless); }
+double below(double x) { return std::nextafter(x, -kBoundless); }
 
-BodySpec ball() {
+BodySpec valid_ball() {
   BodySpec spec;
   spec.shape = Shape::sphere(0.5);
   spec.mass_kg = 1;
   spec.inertia_kgm2 = {1, 1, 1};
   return spec;
 }
-BodySpec brick() {
-  BodySpec spec = ball();
+BodySpec valid_brick() {
+  BodySpec spec = valid_ball();
   spec.shape = Shape::box({1, 2, 3});
   return spec;
 }
@@ -74,7 +74,7 @@ void check_finite(const Value& good, const std::vector<Field<Value>>& fields) {
   REQUIRE(validate(good) == Result::ok);
   for (std::size_t i = 0; i < fields.size(); ++i) {
     CAPTURE(i);
-    for (const double bad : {kNaN, -kNaN, kInfinity, -kInfinity}) {
+    for (const double bad : {kNaN, -kNaN, kBoundless, -kBoundless}) {
       CHECK(with(good, fields[i], bad) == Result::not_finite);
     }
   }
@@ -133,9 +133,9 @@ TEST_CASE("no number of a body may be infinite or not a number") {
   append(fields, parts(&BodySpec::v_WBcm));
   append(fields, parts(&BodySpec::w_WB));
   REQUIRE(fields.size() == 6 + 8 + 3 + 3 + 3 + 3 + 4 + 3 + 3);  // every double of BodySpec
-  check_finite(brick(), fields);
+  check_finite(valid_brick(), fields);
   for (const BodyKind kind : {BodyKind::fixed, BodyKind::kinematic}) {
-    BodySpec still = brick();
+    BodySpec still = valid_brick();
     still.kind = kind;
     check_finite(still, fields);
   }
@@ -152,7 +152,7 @@ TEST_CASE("no number of a wrench, a motion or gravity may be infinite or not a n
   append(motion_fields, parts(&Motion::w_WB));
   check_finite(motion(), motion_fields);
 
-  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+  for (const double bad : {kNaN, kBoundless, -kBoundless}) {
     CHECK(validate_gravity({bad, 0, 0}) == Result::not_finite);
     CHECK(validate_gravity({0, bad, 0}) == Result::not_finite);
     CHECK(validate_gravity({0, 0, bad}) == Result::not_finite);
@@ -160,9 +160,9 @@ TEST_CASE("no number of a wrench, a motion or gravity may be infinite or not a n
 }
 
 TEST_CASE("positions, speeds, wrenches and gravity are taken up to their limits") {
-  check_bound(ball(), parts(&BodySpec::p_WBo), kPositionMax_m);
-  check_bound(ball(), parts(&BodySpec::v_WBcm), kSpeedMax_mps);
-  check_bound(ball(), parts(&BodySpec::w_WB), kAngularSpeedMax_radps);
+  check_bound(valid_ball(), parts(&BodySpec::p_WBo), kPositionMax_m);
+  check_bound(valid_ball(), parts(&BodySpec::v_WBcm), kSpeedMax_mps);
+  check_bound(valid_ball(), parts(&BodySpec::w_WB), kAngularSpeedMax_radps);
   check_bound(motion(), parts(&Motion::p_WBo), kPositionMax_m);
   check_bound(motion(), parts(&Motion::v_WBcm), kSpeedMax_mps);
   check_bound(motion(), parts(&Motion::w_WB), kAngularSpeedMax_radps);
@@ -177,15 +177,16 @@ TEST_CASE("positions, speeds, wrenches and gravity are taken up to their limits"
 }
 
 TEST_CASE("sizes, masses and materials are taken within their limits") {
-  check_range(ball(), parameter(0), kSizeMin_m, kSizeMax_m);
-  for (std::size_t i = 0; i < 3; ++i) check_range(brick(), parameter(i), kSizeMin_m, kSizeMax_m);
-  check_range(ball(), kMass, kMassMin_kg, kMassMax_kg);
-  check_range(ball(), kFriction, 0, kFrictionMax);
-  check_range(ball(), kRestitution, 0, 1);
-  check_range(ball(), kRolling, 0, kTurningFrictionMax_m);
-  check_range(ball(), kTorsional, 0, kTurningFrictionMax_m);
+  check_range(valid_ball(), parameter(0), kSizeMin_m, kSizeMax_m);
+  for (std::size_t i = 0; i < 3; ++i)
+    check_range(valid_brick(), parameter(i), kSizeMin_m, kSizeMax_m);
+  check_range(valid_ball(), kMass, kMassMin_kg, kMassMax_kg);
+  check_range(valid_ball(), kFriction, 0, kFrictionMax);
+  check_range(valid_ball(), kRestitution, 0, 1);
+  check_range(valid_ball(), kRolling, 0, kTurningFrictionMax_m);
+  check_range(valid_ball(), kTorsional, 0, kTurningFrictionMax_m);
   for (CombineRule Material::*rule : {&Material::friction_rule, &Material::restitution_rule}) {
-    BodySpec spec = ball();
+    BodySpec spec = valid_ball();
     for (int number = -1; number <= 6; ++number) {
       spec.material.*rule = static_cast<CombineRule>(number);
       CHECK(validate(spec) == (number < 0 || number > 5 ? Result::out_of_range : Result::ok));
@@ -195,7 +196,7 @@ TEST_CASE("sizes, masses and materials are taken within their limits") {
 
 TEST_CASE("a shape has its own sizes, positive, and no others") {
   const auto result = [](BodyKind kind, ShapeKind shape, std::array<double, 8> parameters) {
-    BodySpec spec = ball();
+    BodySpec spec = valid_ball();
     spec.kind = kind;
     spec.shape = {shape, parameters};
     return validate(spec);
@@ -250,7 +251,7 @@ TEST_CASE("a shape has its own sizes, positive, and no others") {
 }
 
 TEST_CASE("a dynamic body needs a mass, or a shape and a density") {
-  BodySpec spec = ball();
+  BodySpec spec = valid_ball();
   spec.inertia_kgm2 = {};
   const auto result = [&spec](double mass_kg, double density_kgpm3) {
     spec.mass_kg = mass_kg;
@@ -271,7 +272,7 @@ TEST_CASE("a dynamic body needs a mass, or a shape and a density") {
 
 TEST_CASE("moments of inertia are those that some rigid body has") {
   const auto result = [](double x, double y, double z) {
-    BodySpec spec = ball();
+    BodySpec spec = valid_ball();
     spec.inertia_kgm2 = {x, y, z};
     return validate(spec);
   };
@@ -314,7 +315,7 @@ TEST_CASE("a tensor with products is one whose principal moments some rigid body
         for (int k = 0; k < 3; ++k) J[i][j] += R[i][k] * moments[k] * R[j][k];
       }
     }
-    BodySpec spec = ball();
+    BodySpec spec = valid_ball();
     spec.inertia_kgm2 = {J[0][0], J[1][1], J[2][2]};
     spec.inertia_products_kgm2 = {J[0][1], J[0][2], J[1][2]};
     return validate(spec);
@@ -326,7 +327,7 @@ TEST_CASE("a tensor with products is one whose principal moments some rigid body
     CHECK(result(-1e-7, turn) == Result::bad_mass);
     CHECK(result(-0.5, turn) == Result::bad_mass);
   }
-  BodySpec spec = ball();
+  BodySpec spec = valid_ball();
   spec.inertia_kgm2 = {1, 1, 1};
   for (double Vec3::*product : {&Vec3::x, &Vec3::y, &Vec3::z}) {
     spec.inertia_products_kgm2 = {};
@@ -340,7 +341,7 @@ TEST_CASE("a tensor with products is one whose principal moments some rigid body
 }
 
 TEST_CASE("a centre of mass counts only where it is said to") {
-  BodySpec spec = ball();
+  BodySpec spec = valid_ball();
   spec.sets_centre_of_mass = true;
   check_bound(spec, parts(&BodySpec::p_BoBcm), kSizeMax_m);
   spec.sets_centre_of_mass = false;
@@ -350,7 +351,7 @@ TEST_CASE("a centre of mass counts only where it is said to") {
 
 TEST_CASE("a rotation needs a length that can be normalised, not length one") {
   const auto result = [](const Quat& q) {
-    BodySpec spec = ball();
+    BodySpec spec = valid_ball();
     spec.q_WB = q;
     Motion m = motion();
     m.q_WB = q;
@@ -425,7 +426,7 @@ TEST_CASE("a motion's numbers count only if they are set") {
   CHECK(validate(m) == Result::not_finite);
   m.sets_pose = false;
   CHECK(validate(m) == Result::ok);
-  m.w_WB.z = kInfinity;
+  m.w_WB.z = kBoundless;
   CHECK(validate(m) == Result::not_finite);
 }
 
@@ -460,9 +461,9 @@ TEST_CASE("names are UTF-8 without control characters, of 31 bytes at most") {
 }
 
 TEST_CASE("a command's first fault is reported with its item") {
-  BodySpec bad = ball();
+  BodySpec bad = valid_ball();
   bad.material.friction = -1;
-  const CommandBody spawn = Spawn{{ball(), ball(), bad, bad}};
+  const CommandBody spawn = Spawn{{valid_ball(), valid_ball(), bad, bad}};
   CHECK(validate(spawn) == Outcome{Result::out_of_range, {}, 2});
   CHECK(validate(CommandBody(Despawn{{{1}, {0}}})) == Outcome{Result::unknown_body, {}, 1});
   for (const CommandBody& empty :

@@ -12,12 +12,14 @@ namespace {
 /// long as all else.
 double along_t(const Vector& z) { return std::sqrt(z.y() * z.y() + z.z() * z.z()); }
 
-double sum(const ContactBlock::Row& row) {
+double sum_in(const ContactBlock::Row& row) {
   double total = 0;
   for (const double value : row) total += value;
   return total;
 }
-double largest(const ContactBlock::Row& row) { return *std::max_element(row, row + kBlockLanes); }
+double largest_in(const ContactBlock::Row& row) {
+  return *std::max_element(row, row + kBlockLanes);
+}
 
 void raise(PointResidual& most, const PointResidual& one) {
   most.natural_mps = std::max(most.natural_mps, one.natural_mps);
@@ -47,11 +49,11 @@ void ContactResidual::add(double K, double friction, const Vector& impulse,
 }
 
 void ContactResidual::add(const ContactTally& tally) {
-  raise(most, {std::sqrt(largest(tally.natural2)), largest(tally.signorini), largest(tally.cone),
-               largest(tally.complementarity)});
-  natural2 += sum(tally.natural2_sum);
-  impulse2 += sum(tally.impulse2_sum);
-  velocity2 += sum(tally.velocity2_sum);
+  raise(most, {std::sqrt(largest_in(tally.natural2)), largest_in(tally.signorini),
+               largest_in(tally.cone), largest_in(tally.complementarity)});
+  natural2 += sum_in(tally.natural2_sum);
+  impulse2 += sum_in(tally.impulse2_sum);
+  velocity2 += sum_in(tally.velocity2_sum);
 }
 
 void ContactResidual::add(const ContactResidual& other) {
@@ -79,10 +81,11 @@ void ContactBalance::add(const ContactBalance& other) {
 }
 
 void ContactBalance::add(const ContactWork& work) {
-  friction_J += sum(work.friction);
-  impacts_J += sum(work.normal);
-  driven_J += sum(work.driven);
-  contacts_Ns += Vector(sum(work.momentum[0]), sum(work.momentum[1]), sum(work.momentum[2]));
+  friction_J += sum_in(work.friction);
+  impacts_J += sum_in(work.normal);
+  driven_J += sum_in(work.driven);
+  contacts_Ns +=
+      Vector(sum_in(work.momentum[0]), sum_in(work.momentum[1]), sum_in(work.momentum[2]));
 }
 
 }  // namespace cradle

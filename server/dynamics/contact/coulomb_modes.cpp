@@ -34,7 +34,7 @@ struct ModeTolerances {
   int newton_max = 30;      ///< from near by it takes five
   double distinct = 1e-6;   ///< velocities that are others
 };
-constexpr ModeTolerances kTolerances;
+constexpr ModeTolerances kModeTolerances;
 
 enum class Mode { opens, presses, sticks, slides, slides_back };
 
@@ -58,11 +58,11 @@ class Trial {
   /// True if the mode obeys the laws. `way` turns the start: one of four right angles.
   bool holds(int way) {
     start(way);
-    const int steps = slides_in_space() ? kTolerances.newton_max : 1;
+    const int steps = slides_in_space() ? kModeTolerances.newton_max : 1;
     for (int k = 0; k < steps; ++k) {
       double step = 0;
       if (!improve(step)) return false;
-      if (step < kTolerances.newton) break;
+      if (step < kModeTolerances.newton) break;
     }
     return obeys_laws();
   }
@@ -133,7 +133,7 @@ class Trial {
     if (unknowns_ == 0) return true;
     const Eigen::PartialPivLU<MatrixXd> lu(A);
     const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
-    if (!(pivots.minCoeff() > kTolerances.singular * pivots.maxCoeff())) {
+    if (!(pivots.minCoeff() > kModeTolerances.singular * pivots.maxCoeff())) {
       is_singular_ = true;
       return false;
     }
@@ -159,7 +159,7 @@ class Trial {
 
   bool obeys_laws() const {
     const VectorXd u = problem_.velocities(lambda_);
-    const double least = -kTolerances.law;
+    const double least = -kModeTolerances.law;
     for (Index i = 0; i < problem_.points(); ++i) {
       const Index row = problem_.row(i), t = problem_.tangents;
       const double un = u[row], mu = problem_.friction[i];
@@ -218,7 +218,7 @@ CoulombModes find_modes(const CoulombProblem& problem, bool only_one) {
       if (!trial.holds(way)) continue;
       const VectorXd u = scaled.problem.velocities(trial.lambda());
       const bool is_known = std::any_of(distinct.begin(), distinct.end(), [&](const VectorXd& v) {
-        return (u - v).cwiseAbs().maxCoeff() < kTolerances.distinct;
+        return (u - v).cwiseAbs().maxCoeff() < kModeTolerances.distinct;
       });
       if (is_known) continue;
       distinct.push_back(u);

@@ -23,7 +23,7 @@ namespace {
 
 /// m: what comes nearer than this at the time of an impact is struck, too; or, of fast ones, what
 /// would touch within this part of the sub-step (an edge that lands nearly flush).
-constexpr double kTouching_m = 1e-5;
+constexpr double kImpactTouching_m = 1e-5;
 constexpr double kTouchingTime = 0.01;
 /// m: what is left of a gap at a sub-step's end must be more than rounding, or soft contacts, which
 /// return nothing, take the impact ("a box that is struck off its middle").
@@ -180,7 +180,7 @@ bool Impacts::add_violated(double t) {
       const Point& point = points_[index(at / 2)];
       if (point.is_struck) continue;
       const double v = normal_velocity(point);
-      const double near = std::max(kTouching_m, -kTouchingTime * h_ * v);
+      const double near = std::max(kImpactTouching_m, -kTouchingTime * h_ * v);
       if (v < -slow(point) && separation(point, t) <= near) take_point(at / 2, t);
     }
   }

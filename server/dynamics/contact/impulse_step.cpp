@@ -26,7 +26,7 @@ namespace cradle {
 namespace {
 
 /// m: what was moved apart touches, to rounding ("P36").
-constexpr double kTouching_m = 1e-4;
+constexpr double kPointActs_m = 1e-4;
 
 class ImpulseStep final : public ContactSolver {
  public:
@@ -41,7 +41,7 @@ class ImpulseStep final : public ContactSolver {
     for (ContactSystem::Point& point : t.system.points()) {
       const double s = ContactSystem::separation(point, t.bodies);
       t.set_bounce(point);
-      point.acts = s <= kTouching_m;
+      point.acts = s <= kPointActs_m;
       if (!point.acts) point.bias = s / tick.dt;  // for the residual
     }
     for (std::size_t i = 0; i < t.system.islands(); ++i) solve(i);

@@ -41,7 +41,7 @@ struct PenaltyTolerances {
   double slip = 1e-3;   ///< m/s, least vs ("P16")
   double tolerance_m = 5e-4;  ///< of contacts without one
 };
-constexpr PenaltyTolerances kTolerances;
+constexpr PenaltyTolerances kPenaltyTolerances;
 
 /// Of x in (0, 1], by its series in (m - 1) / (m + 1): the same bits everywhere.
 double natural_log(double x) {
@@ -63,7 +63,7 @@ double damping_ratio(double restitution) {
   return L / std::sqrt(std::numbers::pi * std::numbers::pi + L * L);
 }
 
-struct Spring {
+struct PenaltySpring {
   double omega, zeta;  // 1/s
   double limit;        // h omega that is allowed
   int points;          // of the busier of its bodies
@@ -103,26 +103,26 @@ class PenaltyStep final : public ContactSolver {
     std::size_t first = 0;
     for (std::size_t island = 0; island < tick_.system.islands(); ++island) {
       const std::size_t count = tick_.system.island(island).size();
-      const std::span<Spring> springs = std::span(springs_).subspan(first, count);
+      const std::span<PenaltySpring> springs = std::span(springs_).subspan(first, count);
       first += count;
       double own = 1;
-      for (const Spring& s : springs) own = std::max(own, tick.dt * s.omega / s.limit);
+      for (const PenaltySpring& s : springs) own = std::max(own, tick.dt * s.omega / s.limit);
       if (own > most) {
         tick_.note_makeshift(island);
-        for (Spring& s : springs) s.omega *= most / own;
+        for (PenaltySpring& s : springs) s.omega *= most / own;
       }
       asked = std::max(asked, std::min<double>(own, most));
     }
     return tick.sub_steps > 0 ? most : static_cast<int>(std::ceil(asked));
   }
 
-  Spring spring(const ContactSystem::Point& point) const {
+  PenaltySpring spring(const ContactSystem::Point& point) const {
     const double pull =
         std::max({tick_.bodies.acceleration(point.A.line).norm(),
-                  tick_.bodies.acceleration(point.B.line).norm(), kTolerances.pull});
+                  tick_.bodies.acceleration(point.B.line).norm(), kPenaltyTolerances.pull});
     double tolerance_m = point.c->tolerance_m;
     if (tolerance_m == 0) tolerance_m = tick_.tick.tolerance_m;
-    if (tolerance_m == 0) tolerance_m = kTolerances.tolerance_m;
+    if (tolerance_m == 0) tolerance_m = kPenaltyTolerances.tolerance_m;
     return {std::sqrt(pull / tolerance_m), damping_ratio(point.c->restitution), 0, 0};
   }
 
@@ -144,7 +144,7 @@ class PenaltyStep final : public ContactSolver {
       }
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
-      Spring& s = springs_[i];
+      PenaltySpring& s = springs_[i];
       double square = 0;
       for (const ContactSystem::Side* side : {&points[i].A, &points[i].B}) {
         square += std::sqrt(part_of_K(*side)) * stiffness_[index(side->line)];
@@ -152,7 +152,7 @@ class PenaltyStep final : public ContactSolver {
       }
       const double faster = std::sqrt(square) / s.omega, z = s.zeta * faster;
       const double bound = 2 * (std::sqrt(1 + z * z) - z) / faster;
-      s.limit = std::min(kTolerances.angle, kTolerances.margin * bound);
+      s.limit = std::min(kPenaltyTolerances.angle, kPenaltyTolerances.margin * bound);
     }
   }
 
@@ -172,14 +172,14 @@ class PenaltyStep final : public ContactSolver {
       const ContactSystem::Point& point = points[i];
       const double s = ContactSystem::separation(point, tick_.bodies);
       if (s >= 0) continue;
-      const Spring& spring = springs_[i];
+      const PenaltySpring& spring = springs_[i];
       const Vector u = before_loads(point, h);
       const double m = 1 / point.K.x();
       const double fn = -m * spring.omega * (spring.omega * s + 2 * spring.zeta * u.x());
       const double most = point.c->friction * std::max(fn, 0.0);
       const double round = most * (point.K.y() + point.K.z()) * h * spring.points;
       const double slide = u.tail<2>().norm();
-      const double share = most / std::max({slide, kTolerances.slip, round});
+      const double share = most / std::max({slide, kPenaltyTolerances.slip, round});
       impulses_[i] = h * Vector(fn, -share * u.y(), -share * u.z());
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -196,7 +196,7 @@ class PenaltyStep final : public ContactSolver {
   }
 
   BaselineTick tick_;
-  std::vector<Spring> springs_;  // by point
+  std::vector<PenaltySpring> springs_;  // by point
   std::vector<Vector> impulses_;
   std::vector<double> stiffness_;  // by line
   std::vector<int> counts_;

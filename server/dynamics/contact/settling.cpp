@@ -9,9 +9,9 @@
 // ticks without, 8e-11 m/s after 400 with it.
 //
 // At rest: all velocities are 0, no load is new, and for every body  m a + sum F = 0,  tau + sum r
-// x F = 0, within kTolerances.balance of its loads; every contact has sunk in by its sag, none is
-// beyond its friction. Levers are those of the kernels (contact_method.h): in the plane of the
-// manifold's centre.
+// x F = 0, within kSettlingTolerances.balance of its loads; every contact has sunk in by its sag,
+// none is beyond its friction. Levers are those of the kernels (contact_method.h): in the plane of
+// the manifold's centre.
 //
 // Order: exact, but for what the tolerance leaves. Cost: 15 ns a point.
 #include "server/dynamics/contact/settling.h"
@@ -36,7 +36,7 @@ struct SettlingTolerances {
   /// on").
   double peak = 2;
 };
-constexpr SettlingTolerances kTolerances;
+constexpr SettlingTolerances kSettlingTolerances;
 
 double kinetic_energy(const BodyArrays& bodies, std::size_t i) {
   const Vector w_P = bodies.q[i].conjugate() * bodies.w[i];
@@ -51,14 +51,15 @@ bool is_still(const BodyArrays& bodies, std::size_t i) {
 
 /// Whether it may be at rest, but for the balance of its bodies. `give`: sag by acceleration, s^2.
 bool may_rest(const ContactConstraint& c, double give) {
-  constexpr double kSlack = 1 + kTolerances.balance;
+  constexpr double kSlack = 1 + kSettlingTolerances.balance;
   double normal = 0;
   bool may = !c.is_ahead;
   for (const ConstraintPoint& p : c.used()) {
     const double preload = c.preload * std::max(c.lasting_load(p) - c.rest(p).load, 0.0);
     const double gap = c.gap(p, give) + give * (c.load(p) - preload);
     normal += p.force;
-    may &= p.force > 0 ? std::abs(gap) <= kTolerances.sag_m : gap >= -kTolerances.sag_m;
+    may &= p.force > 0 ? std::abs(gap) <= kSettlingTolerances.sag_m
+                       : gap >= -kSettlingTolerances.sag_m;
     may &= p.force_t.norm() <= kSlack * c.friction * p.force;
   }
   may &= std::abs(c.n.dot(c.torque)) <= kSlack * c.torsional_m * normal;
@@ -72,14 +73,14 @@ double amplitude(const Sway& peak) {
 
 /// What a group remembers, from what it did and what it is now; nothing in motion if it is to end
 /// here.
-Sway after(const Sway& before, const Sway& now, const ContactTick& tick) {
+Sway sway_after(const Sway& before, const Sway& now, const ContactTick& tick) {
   Sway next = now;
   if (before.bodies != now.bodies) {
     next.low_J = now.kinetic_J;
     return next;
   }
-  const bool is_past_peak =
-      now.kinetic_J < before.kinetic_J && before.kinetic_J > kTolerances.peak * before.low_J;
+  const bool is_past_peak = now.kinetic_J < before.kinetic_J &&
+                            before.kinetic_J > kSettlingTolerances.peak * before.low_J;
   if (is_past_peak && amplitude(before) <= tick.tolerance_m) return {0, 0, 0, 0, now.bodies};
   next.low_J = std::min(before.low_J, now.kinetic_J);
   next.rise_s = now.kinetic_J > before.low_J ? before.rise_s + tick.dt : 0;
@@ -154,7 +155,7 @@ void Settling::weigh(const ContactTick& tick, const BodyArrays& bodies,
     const double left =
         std::max(bodies.inverse_mass[i] * loads_[k].force.norm(),
                  bodies.gyration(i) * (inverse_inertia_W[i] * loads_[k].torque).norm());
-    if (!(left <= kTolerances.balance * bodies.acceleration[i].norm())) rests = 0;
+    if (!(left <= kSettlingTolerances.balance * bodies.acceleration[i].norm())) rests = 0;
     unbalanced_mps_ = std::max(unbalanced_mps_, rests != 0 ? tick.dt * left : 0);
   }
 }
@@ -186,7 +187,7 @@ void Settling::damp(const ContactTick& tick, const BodyArrays& bodies, const Gro
     bodies.sway[i] = {};
     if (island == seen) {
       ++seen;
-      bodies.sway[i] = after(before, sways_[island], tick);
+      bodies.sway[i] = sway_after(before, sways_[island], tick);
       ends_[island] = bodies.sway[i].kinetic_J < sways_[island].kinetic_J ? 1 : 0;
     }
     if (ends_[island] == 0) continue;

@@ -8,7 +8,7 @@
 namespace cradle {
 namespace {
 
-constexpr int kSweeps = 64;            // at most; four corners of a cube take about 20
+constexpr int kContactSweeps = 64;     // at most; four corners of a cube take about 20
 constexpr double kSweepEnough = 1e-9;  // of the largest change of velocity
 
 }  // namespace
@@ -68,7 +68,7 @@ double SingleContact::add_normal(const ConstraintPoint& p, double change) {
 /// sweep leaves of it would turn the bodies.
 template <class F>
 void SingleContact::sweep(F&& change_of) {
-  const int sweeps = c_.is_ahead && c_.count > 2 ? kSweeps : 1;
+  const int sweeps = c_.is_ahead && c_.count > 2 ? kContactSweeps : 1;
   double first = 0;
   for (int k = 0; k < sweeps; ++k) {
     double most = 0;

@@ -38,7 +38,7 @@ struct SoftTolerances {
   double push_rate = 4;      ///< 1/s: lets deep overlaps part within a second ("half overlapped")
   double smooth_factor = 3;  ///< a velocity change below 3 h |a| is no impact ("sliding stop")
 };
-constexpr SoftTolerances kTolerances;
+constexpr SoftTolerances kSoftTolerances;
 
 /// Relaxing sweeps while what contacts carry is not known. A point's friction turns the body, which
 /// moves loads among its points, and so on: one sweep finds a part of what holds a push that is
@@ -77,12 +77,12 @@ void press(ContactConstraint& c, double give, double& sag) {
 }
 
 SubStep sub_step_of(double h) {
-  return {h, kTolerances.push_speed, kTolerances.push_rate, softness_of(h)};
+  return {h, kSoftTolerances.push_speed, kSoftTolerances.push_rate, softness_of(h)};
 }
 
 }  // namespace
 
-double push_speed() { return kTolerances.push_speed; }
+double push_speed() { return kSoftTolerances.push_speed; }
 
 void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<const Matrix> inverse_inertia_W,
@@ -99,11 +99,11 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
 
   for (int sub_step = 0; sub_step < tick.sub_steps; ++sub_step) {
     if (!impacts_.is_empty()) impacts_.strike(bodies_, step_.h);
-    bodies_.integrate_velocities(step_.h, kTolerances.smooth_factor);
+    bodies_.integrate_velocities(step_.h, kSoftTolerances.smooth_factor);
     if (sub_step == 0) warm_start();
     limit_repeats();
     solve();
-    bodies_.integrate_positions(step_.h, kTolerances.smooth_factor);
+    bodies_.integrate_positions(step_.h, kSoftTolerances.smooth_factor);
     blocks_.follow_driven(bodies_);
     for (int k = relaxing_sweeps(past, sub_step); k > 0; --k) relax();
     if (tick.is_balanced) add_work();
@@ -173,7 +173,7 @@ void SoftBatch::warm_start() {
       *executor_, [this](const BlockRun& run) { kernels_->warm_start(run, bodies_.velocities()); });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).warm_start();
   for (TurningContact& turning : turning_) turning.warm_start(bodies_, step_.h);
-  bodies_.find_struck(step_.h, kTolerances.smooth_factor);
+  bodies_.find_struck(step_.h, kSoftTolerances.smooth_factor);
 }
 
 /// A blow does not come again: body_repeats.cpp.

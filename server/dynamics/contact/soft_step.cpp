@@ -70,7 +70,7 @@ constexpr int kCarryPerAskew = kBlockLanes;
 constexpr int kFewAskew = 2 * kBlockLanes;
 
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
-constexpr int kChunk = 64;
+constexpr int kSoftChunk = 64;
 
 class SoftStep final : public SoftSolver {
  public:
@@ -120,7 +120,7 @@ class SoftStep final : public SoftSolver {
              !(arrays.v[index(slot)].isZero(0) && arrays.w[index(slot)].isZero(0));
     };
     looks_.resize(constraints.size());
-    for_each_index(executor, constraints.size(), kChunk, [&](std::size_t k) {
+    for_each_index(executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
       expect_next(constraints, k);
       const ContactConstraint& c = *constraints[k];
       looks_[k] = {c.press > 0 ? c.press : first_press(c, arrays),
@@ -247,7 +247,7 @@ class SoftStep final : public SoftSolver {
     asked_.resize(looks_.size());
     choices_.resize(looks_.size());
     const double whole = tick.dt / contact_angle();
-    for_each_index(*tick.executor, looks_.size(), kChunk, [&](std::size_t k) {
+    for_each_index(*tick.executor, looks_.size(), kSoftChunk, [&](std::size_t k) {
       const std::size_t island = islands_->of_constraint(k);
       const Look& look = looks_[k];
       asked_[k] = 0;
@@ -298,7 +298,7 @@ class SoftStep final : public SoftSolver {
       count_demands(tick);
       preloads_.assign(islands_->count(), 0);
       for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
-      for_each_index(*tick.executor, constraints.size(), kChunk, [&](std::size_t k) {
+      for_each_index(*tick.executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
         const std::size_t i = islands_->of_constraint(k);
         if (asked_[k] <= sub_steps_[i] || looks_[k].is_ahead) return;
         const double share = sub_steps_[i] / asked_[k];
@@ -413,7 +413,7 @@ class SoftStep final : public SoftSolver {
     if (!has_rested_) return;
     if (gaps_.size() < chosen.size()) gaps_.resize(chosen.size());
     has_moved_.resize(chosen.size());
-    for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
+    for_each_index(executor, chosen.size(), kSoftChunk, [&](std::size_t k) {
       ContactConstraint& c = *chosen[k];
       has_moved_[k] = c.has_rested ? 1 : 0;
       if (has_moved_[k] == 0) return;
@@ -426,7 +426,7 @@ class SoftStep final : public SoftSolver {
   }
   void reset_gaps(Executor& executor, std::span<ContactConstraint* const> chosen) {
     if (!has_rested_) return;
-    for_each_index(executor, chosen.size(), kChunk, [&](std::size_t k) {
+    for_each_index(executor, chosen.size(), kSoftChunk, [&](std::size_t k) {
       if (has_moved_[k] == 0) return;
       ContactConstraint& c = *chosen[k];
       for (std::size_t i = 0; i < c.used().size(); ++i) c.points[i].s0 = gaps_[k][i];

@@ -10,11 +10,11 @@ struct SoftnessTolerances {
   double frequency = 0.177;  ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
   double damping_ratio = 5;  ///< zeta: overlaps close without bouncing ("half overlapped")
 };
-constexpr SoftnessTolerances kTolerances;
+constexpr SoftnessTolerances kSoftnessTolerances;
 
 }  // namespace
 
-double contact_angle() { return 2 * std::numbers::pi * kTolerances.frequency; }
+double contact_angle() { return 2 * std::numbers::pi * kSoftnessTolerances.frequency; }
 
 double give_of(int sub_steps, double dt) {
   const double h = dt / (sub_steps * contact_angle());
@@ -23,7 +23,7 @@ double give_of(int sub_steps, double dt) {
 
 Softness softness_of(double h) {
   const double omega = contact_angle() / h;
-  const double a1 = 2 * kTolerances.damping_ratio + h * omega;
+  const double a1 = 2 * kSoftnessTolerances.damping_ratio + h * omega;
   const double a2 = h * omega * a1;
   return {a2 / (1 + a2), 1 / (1 + a2), omega / a1};
 }

@@ -19,6 +19,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/dynamics/gyroscopic.h"
+
 namespace cradle {
 namespace {
 
@@ -28,13 +30,6 @@ double largest_of(const Eigen::Matrix2d& K) {
 }
 
 double inverse_or_0(double K) { return K > 0 ? 1 / K : 0; }
-
-/// cross(r) p = r x p.
-Matrix cross(const Vector& r) {
-  Matrix m;
-  m << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
-  return m;
-}
 
 }  // namespace
 
@@ -67,7 +62,7 @@ void TurningContact::find_masses(const Matrix& IA, const Matrix& IB) {
   Vector arm_A = Vector::Zero();
   for (const ConstraintPoint& p : c_->used()) arm_A += p.rA;
   arm_A /= static_cast<double>(c_->count);
-  const Matrix XA = cross(arm_A), XB = cross(arm_A + c_->from_B);
+  const Matrix XA = cross_matrix(arm_A), XB = cross_matrix(arm_A + c_->from_B);
   const Matrix VT = -XA * IA - XB * IB;
   const Matrix VV = -XA * IA * XA - XB * IB * XB;
   const Square G_VV =

@@ -31,9 +31,9 @@ namespace {
 constexpr std::size_t kBalls = 1024;        // worth a thread, at some nanoseconds each
 constexpr std::size_t kSharedPerBall = 16;  // places in a ball's cell, on average, at most
 constexpr double kCellsPerBall = 4;         // at most: beyond, cells are wider
-constexpr double kRounding = 0x1p-17;       // 128 e
+constexpr double kGridRounding = 0x1p-17;   // 128 e
 
-const BallKernels& kernels_of(int lanes) {
+const BallKernels& ball_kernels_of(int lanes) {
 #ifdef CRADLE_WIDE_X86
   return kernels_of_width<BallKernels>(
       lanes, {&kBallKernels1, &kBallKernels2, &kBallKernels4, &kBallKernels8});
@@ -102,7 +102,8 @@ BallGrid::Bounds BallGrid::bounds_of(Executor& executor, std::span<const Ball> b
 /// What follows from the fastest ball, and from the one that is farthest out.
 void BallGrid::measure() {
   reach_ = 2 * (1 + kStruckTogether) * radius_max_ + 2 * dt_ * speed_max_ + 4 * fall_;
-  slack_ = static_cast<float>(kRounding * reach_ * (coordinate_max_ + reach_) + 2 * reach_ * fall_);
+  slack_ =
+      static_cast<float>(kGridRounding * reach_ * (coordinate_max_ + reach_) + 2 * reach_ * fall_);
 }
 
 bool BallGrid::choose_cells(std::span<const Ball> balls, const Bounds& bounds) {
@@ -115,7 +116,7 @@ bool BallGrid::choose_cells(std::span<const Ball> balls, const Bounds& bounds) {
   origin_ = lower + widths / 2;
   coordinate_max_ = (bounds.upper - origin_).cwiseMax(origin_ - bounds.lower).maxCoeff();
   measure();
-  double side = 1.001 * reach_ + 2 * kRounding * coordinate_max_;
+  double side = 1.001 * reach_ + 2 * kGridRounding * coordinate_max_;
   if (!(side > 0 && side + coordinate_max_ < kFloatReach)) return false;
   const double cells_max = kCellsPerBall * static_cast<double>(balls.size()) + 64;
   const auto cells = [&](int k) { return 1 + std::floor(widths[k] / side); };
@@ -156,7 +157,7 @@ bool BallGrid::count(Executor& executor, std::span<const Ball> balls) {
 void BallGrid::sort(Executor& executor, std::span<const Ball> balls) {
   numbers_.resize(balls.size());
   places_.resize(balls.size());
-  stride_ = balls.size() + kLanes;  // a read of four may begin at the last
+  stride_ = balls.size() + kFloatLanes;  // a read of four may begin at the last
   columns_.resize(7 * stride_);
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const std::uint32_t place = begins_[cells_of_[i]]++;
@@ -208,7 +209,7 @@ std::int64_t BallGrid::find_pairs(Executor& executor, int lanes, std::vector<Bod
   pairs.clear();
   hits_.resize(numbers_.size());
   const BallCells all = cells();
-  const BallKernels& kernels = kernels_of(lanes);
+  const BallKernels& kernels = ball_kernels_of(lanes);
   const std::uint32_t ny = size_[1] - 2, nz = size_[2] - 2;
   const auto look = [&](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
     for (std::size_t row = begin; row < end; ++row) {

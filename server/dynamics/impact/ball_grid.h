@@ -187,9 +187,9 @@ void BallGrid::for_each_near(std::int32_t number, double now, F&& visit) const {
   // The other may have come as far from where it was.
   const Vector r = Vector::Constant(double{column(6)[place]} + reach_ / 2);
   for_each_row(here.cwiseMin(there) - r, here.cwiseMax(there) + r, [&](const Range& row) {
-    for (std::uint32_t at = row.begin; at < row.end; at += kLanes) {
+    for (std::uint32_t at = row.begin; at < row.end; at += kFloatLanes) {
       unsigned hits = may_meet(ball, at);
-      if (row.end - at < kLanes) hits &= (1U << (row.end - at)) - 1;
+      if (row.end - at < kFloatLanes) hits &= (1U << (row.end - at)) - 1;
       for (; hits != 0; hits &= hits - 1) {
         const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(hits));
         if (other != place) visit(numbers_[other]);

@@ -18,8 +18,8 @@ namespace {
 /// Roundings of positions, of their size: closer is touching.
 constexpr double kTouching = 1e-14;
 /// Slower approach is none, of the velocities: rounding ("what a bullet strikes").
-constexpr double kStill = 1e-12;
-constexpr int kIterationsMax = 64;
+constexpr double kBallStill = 1e-12;
+constexpr int kBallIterationsMax = 64;
 
 NearestPlane plane_of(const Vector& nearest, const Vector& point, double radius) {
   const Vector d = point - nearest;
@@ -75,7 +75,7 @@ double impact_time(const Ball& a, const Ball& b, double now, double dt) {
   if (D < 0 && C > 0) return kNever;
   // Nor do most that pass: on their way to each other still when the tick ends, and apart.
   if (-B > A * left && (A * left + 2 * B) * left + C > 0) return kNever;
-  if (!(B < -kStill * R * (a.v.norm() + b.v.norm()))) return kNever;
+  if (!(B < -kBallStill * R * (a.v.norm() + b.v.norm()))) return kNever;
   if (C <= 0) return now;
   const double time = now + C / (-B + std::sqrt(D));
   return time <= dt ? time : kNever;
@@ -84,14 +84,14 @@ double impact_time(const Ball& a, const Ball& b, double now, double dt) {
 double impact_time(const Ball& ball, const Obstacle& obstacle, const Vector& gravity, double now,
                    double dt) {
   double t = now;
-  for (int k = 0; k < kIterationsMax; ++k) {
+  for (int k = 0; k < kBallIterationsMax; ++k) {
     const Vector x = ball.x + t * ball.v + 0.5 * t * t * gravity;
     const NearestPlane plane = nearest_plane(obstacle, x);
     const double s = plane.distance - ball.radius;
     const double v = plane.n.dot(ball.v + t * gravity);
     const double a = plane.n.dot(gravity);
     const double touching = kTouching * (ball.radius + x.cwiseAbs().maxCoeff());
-    if (s <= touching && v < 0) return v < -kStill * ball.v.norm() ? t : kNever;
+    if (s <= touching && v < 0) return v < -kBallStill * ball.v.norm() ? t : kNever;
     t += fall_time(std::max(s, 0.0), v, a);
     if (!(t <= dt)) return kNever;
   }

@@ -20,13 +20,13 @@ namespace cradle {
 namespace {
 
 /// Slower approach is none, of the fastest in the set: rounding of a few sums.
-constexpr double kStill = 1e-12;
+constexpr double kReflectionStill = 1e-12;
 /// Then a round without restitution ends it ("inelastic collapse").
 constexpr int kRoundsMax = 64;
 /// Makes redundant contacts definite, of the largest of the diagonal.
 constexpr double kDefinite = 1e-14;
 constexpr int kPivotsMax = 512;
-constexpr int kSweepsMax = 1000;
+constexpr int kReflectionSweepsMax = 1000;
 
 using Index = Eigen::Index;
 using Contacts = Eigen::Matrix<Index, Eigen::Dynamic, 1, Eigen::ColMajor, kReflectedTogether, 1>;
@@ -40,7 +40,7 @@ class Compression {
   }
 
   ImpactVector solve() {
-    const double small = kStill * b_.cwiseAbs().maxCoeff();
+    const double small = kReflectionStill * b_.cwiseAbs().maxCoeff();
     for (int pivot = 0; pivot < kPivotsMax; ++pivot) {
       find_impulses();
       const ImpactVector after = A_ * l_ + b_;
@@ -76,7 +76,7 @@ class Compression {
 
   ImpactVector by_sweeps() const {
     ImpactVector l = ImpactVector::Zero(n_);
-    for (int sweep = 0; sweep < kSweepsMax; ++sweep) {
+    for (int sweep = 0; sweep < kReflectionSweepsMax; ++sweep) {
       for (Index i = 0; i < n_; ++i) {
         l[i] = std::max(0.0, l[i] - (A_.row(i).dot(l) + b_[i]) / A_(i, i));
       }
@@ -139,7 +139,7 @@ Reflection reflect(const ImpactMatrix& A, const ImpactVector& b, const ImpactVec
   Reflection result;
   result.impulses = ImpactVector::Zero(b.size());
   result.velocities = b;
-  const double still = kStill * b.cwiseAbs().maxCoeff();
+  const double still = kReflectionStill * b.cwiseAbs().maxCoeff();
   while (result.is_elastic) {
     Contacts V = approaching(result.velocities, still);
     if (V.size() == 0) break;

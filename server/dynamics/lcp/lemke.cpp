@@ -30,9 +30,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-class Path {
+class LemkePath {
  public:
-  Path(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, const LcpTolerances& tolerances)
+  LemkePath(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, const LcpTolerances& tolerances)
       : M_(M),
         q_(q),
         tolerances_(tolerances),
@@ -138,7 +138,7 @@ LcpSolution lemke(const Eigen::MatrixXd& M, const Eigen::VectorXd& q,
                   const LcpTolerances& tolerances) {
   assert(M.rows() == q.size() && M.cols() == q.size() && M.allFinite() && q.allFinite());
   if (q.size() == 0 || q.minCoeff() >= 0) return {LcpStatus::solved, 0 * q, 0, 0};
-  return Path(M, q, tolerances).follow();
+  return LemkePath(M, q, tolerances).follow();
 }
 
 double lcp_residual(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, const Eigen::VectorXd& z) {

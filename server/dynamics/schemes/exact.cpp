@@ -153,8 +153,8 @@ void glide_quadratic(Flight& body, const QuadraticDrag& drag, double h, Work& wo
 // Rotation.
 
 constexpr std::size_t kOrder = 8;
-constexpr double kStepsMax = 4000;      // about 1 ms
-constexpr double kStopped_rad = 1e-18;  // a turn in the tick: below all rounding
+constexpr double kExactStepsMax = 4000;  // about 1 ms
+constexpr double kStopped_rad = 1e-18;   // a turn in the tick: below all rounding
 
 struct Spin {
   Vector torque_W, torque_B;
@@ -212,7 +212,7 @@ void spin_through(Flight& body, const Spin& spin, double dt, Work& work) {
   const double angle = dt * (w_B.norm() + dt * torque_B.cwiseQuotient(spin.J).norm());
   const double steps = std::fmax(1.0, std::ceil(std::fmax(angle, decay) / kStepAngle_rad));
   double done = 0;
-  for (; done < std::fmin(steps, kStepsMax); ++done) {
+  for (; done < std::fmin(steps, kExactStepsMax); ++done) {
     if (!is_pushed && dt * w_B.norm() < kStopped_rad) break;
     series_step(body.q, w_B, spin, dt / steps);
     work.evaluations += kOrder + 1;

@@ -33,10 +33,10 @@ Vector momentum(const Vector& W, const Vector& J, double h, double sign) {
 
 /// W' of the momentum at the step's start.
 Vector drift_rate(const Vector& m, const Vector& J, double h) {
-  constexpr int kIterationsMax = 50;
+  constexpr int kSolvesMax = 50;
   constexpr double kRounding = 1e-15;  // a step this small, of W, moves no digit that counts
   Vector W = m.cwiseQuotient(J);
-  for (int iteration = 0; iteration < kIterationsMax; ++iteration) {
+  for (int iteration = 0; iteration < kSolvesMax; ++iteration) {
     const Vector JW = J.cwiseProduct(W);
     Matrix jacobian =
         h / 2 * (cross_matrix(W) * J.asDiagonal().toDenseMatrix() - cross_matrix(JW)) +

@@ -28,7 +28,7 @@ using Block = BlockCholesky::Block;
 
 /// What is cold and this near, and not faster apart, is taken to stick: otherwise those that act
 /// grow by one layer of a stack an iteration ("stack of twenty").
-constexpr double kNear_m = 1e-3;
+constexpr double kNearContact_m = 1e-3;
 constexpr double kSlow_mps = 0.01;
 
 Vector wanted(const ContactIsland::Point& point, const Vector& u) {
@@ -214,7 +214,7 @@ double ContactIsland::slope_of_contacts(double part) const {
 namespace {
 
 bool is_cold_contact(const ContactIsland::Point& point) {
-  return point.gap < kNear_m && point.u.x() < point.target - point.slip + kSlow_mps;
+  return point.gap < kNearContact_m && point.u.x() < point.target - point.slip + kSlow_mps;
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ struct HandOverTolerances {
   double excess_least = 0.01;  ///< and what is too deep in all, by more than this ("noisy corners")
   int wait_ticks = 10, wait_ticks_max = 320;  ///< after an attempt in vain
 };
-constexpr HandOverTolerances kTolerances;
+constexpr HandOverTolerances kHandOverTolerances;
 
 /// Iterations: at rest none, or one; more than these, and the soft step is as fast.
 constexpr int kKeeping = 5, kTakingOver = 20;
@@ -99,7 +99,7 @@ void HandOver::look_at_bodies() {
     facts.fails = std::max(facts.fails, poise.fails);
     facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
   }
-  for (Facts& facts : facts_) facts.nearest_m = kTolerances.touch_m * 2;
+  for (Facts& facts : facts_) facts.nearest_m = kHandOverTolerances.touch_m * 2;
 }
 
 void HandOver::look_at_contacts(const ContactTick& tick,
@@ -109,18 +109,19 @@ void HandOver::look_at_contacts(const ContactTick& tick,
     if (!may_rest(facts) && !may_have_rested(k)) continue;  // soft, as before
     ContactConstraint& c = *constraints[k];
     facts.is_barred |= c.turns_heavily() || c.is_ahead;
-    double nearest_m = kTolerances.touch_m * 2;
+    double nearest_m = kHandOverTolerances.touch_m * 2;
     for (const ConstraintPoint& p : c.used()) nearest_m = std::min(nearest_m, p.s0);
     facts.nearest_m = std::min(facts.nearest_m, nearest_m);
     look_at_rest(c);
     if (has_rest(c)) mark(c, has_rested_);
     const double give = give_of(facts.sub_steps, tick.dt);
-    if (c.carrying > 0 || nearest_m <= kTolerances.touch_m) mark(c, carries_);
+    if (c.carrying > 0 || nearest_m <= kHandOverTolerances.touch_m) mark(c, carries_);
     for (const ConstraintPoint& p : c.used()) {
       const double sag = give * c.load(p);
       const double spare =
-          std::max(tolerance_m(c) - sag, kTolerances.excess_least * tolerance_m(c));
-      facts.is_deep |= c.gap(p, give) + sag < -std::min(spare, kTolerances.excess * tolerance_m(c));
+          std::max(tolerance_m(c) - sag, kHandOverTolerances.excess_least * tolerance_m(c));
+      facts.is_deep |=
+          c.gap(p, give) + sag < -std::min(spare, kHandOverTolerances.excess * tolerance_m(c));
     }
   }
 }
@@ -155,14 +156,14 @@ void HandOver::look_at_rest(ContactConstraint& c) const {
         arrays_.v[b] + arrays_.w[b].cross(c.rB(p)) - arrays_.v[a] - arrays_.w[a].cross(p.rA);
     if (p.force == 0) rest.load = 0;
     const bool has_left = p.force == 0 && p.s0 > 0;
-    if (has_left || u.norm() > kTolerances.fast_mps) rest = {};
+    if (has_left || u.norm() > kHandOverTolerances.fast_mps) rest = {};
     c.set_rest(p, rest);
   }
 }
 
 /// As far as its bodies tell.
 bool HandOver::may_rest(const Facts& facts) {
-  return facts.cool == 0 && facts.speed_mps <= kTolerances.hit_mps &&
+  return facts.cool == 0 && facts.speed_mps <= kHandOverTolerances.hit_mps &&
          (!facts.was_soft || facts.speed_mps == 0);
 }
 
@@ -176,7 +177,7 @@ HandOver::Choice HandOver::choose(const Facts& facts) {
   if (!facts.was_soft && !facts.is_new) return Choice::keeps;
   if (facts.is_deep) return Choice::soft;
   if (facts.was_soft) return Choice::takes_over;
-  return facts.nearest_m <= kTolerances.touch_m ? Choice::first : Choice::soft;
+  return facts.nearest_m <= kHandOverTolerances.touch_m ? Choice::first : Choice::soft;
 }
 
 bool HandOver::is_carried(std::int32_t slot) const {
@@ -186,7 +187,8 @@ bool HandOver::is_carried(std::int32_t slot) const {
 /// What is not carried may fall.
 bool HandOver::is_slow(const Island& island, const IslandSolver& solver) const {
   for (std::size_t k = 0; k < island.slots.size(); ++k) {
-    if (solver.speed_mps(k) > kTolerances.slow_mps && is_carried(island.slots[k])) return false;
+    if (solver.speed_mps(k) > kHandOverTolerances.slow_mps && is_carried(island.slots[k]))
+      return false;
   }
   return true;
 }
@@ -200,7 +202,7 @@ void HandOver::freeze(ContactConstraint& c) {
       c.used(), [&](const ConstraintPoint& p) { return p.force == 0 || c.K_normal(p) > 0; });
   if (!knows_all) find_effective_masses(c);
   for (const ConstraintPoint& p : c.used()) {
-    const bool lies = p.force > 0 && p.s0 <= kTolerances.touch_m;
+    const bool lies = p.force > 0 && p.s0 <= kHandOverTolerances.touch_m;
     c.set_rest(p, {lies ? p.s0 : std::min(p.s0, 0.0), c.load(p)});
   }
   c.has_rested = true;
@@ -247,11 +249,11 @@ void HandOver::note(std::size_t island, bool is_newton, bool is_in_vain) {
   facts.method = is_newton ? Poise::newton : Poise::soft;
   facts.cool = std::max(facts.cool - 1, 0);
   if (is_in_vain) {
-    const int doubled = kTolerances.wait_ticks << std::min(facts.fails, 10);
-    facts.cool = std::min(doubled, kTolerances.wait_ticks_max);
+    const int doubled = kHandOverTolerances.wait_ticks << std::min(facts.fails, 10);
+    facts.cool = std::min(doubled, kHandOverTolerances.wait_ticks_max);
     ++facts.fails;
   }
-  if (facts.speed_mps > kTolerances.fast_mps) facts.fails = 0;
+  if (facts.speed_mps > kHandOverTolerances.fast_mps) facts.fails = 0;
 }
 
 void HandOver::end() {

@@ -29,18 +29,18 @@ namespace {
 
 constexpr double kPush_mps = 1;       ///< overlaps part no faster: each of them alone, in a second
 constexpr double kPushes_mps = 1e-3;  ///< more than load alone does
-constexpr double kRestTicks = 2;      ///< as in soft_step.cpp ("bounces off nothing")
+constexpr double kIslandRestTicks = 2;  ///< as in soft_step.cpp ("bounces off nothing")
 
 constexpr int kDirect = 8;  ///< iterations: what rests takes one
 constexpr int kSlips = 4;   ///< changes of slip; one body that slides takes two
 constexpr double kSlipEnough_mps = 1e-3;
-constexpr int kRounds = 10;  ///< of "accurate": what rests takes one or two
+constexpr int kAccurateRounds = 10;  ///< of "accurate": what rests takes one or two
 
 constexpr double kSofter[] = {1e-2, 1e-3, 1e-4};  ///< R by K, where contacts slide
 constexpr int kIterations = 50;
 constexpr int kRoundsSliding = 100;
 /// Of the velocity that loads give: rounding of places makes 1e-11 of it (a pyramid of 820 cubes).
-constexpr double kStill = 1e-9;
+constexpr double kIslandStill = 1e-9;
 
 constexpr double kTaken = 1e-2;  ///< natural map that is taken, though it is not what is asked for
 
@@ -82,7 +82,7 @@ bool IslandSolver::solve_at_rest(const BodyLines& bodies, const BodyArrays& arra
   for (int k = 0; k <= kSlips; ++k) {
     if (!minimise(iterations_max - iterations_)) return false;
     if (slip_error() <= kSlipEnough_mps) {
-      is_still_ = x_.norm() <= kStill * scale_;
+      is_still_ = x_.norm() <= kIslandStill * scale_;
       if (is_still_) x_.setZero();
       way_ = x_;
       return !is_pushed();
@@ -126,15 +126,15 @@ void IslandSolver::set_targets(const BodyLines& bodies) {
   if (bounces) set_bounces(bodies);
 }
 
-/// By velocities after loads; what does not close faster than loads make it in kRestTicks is at
-/// rest, and bounces off nothing.
+/// By velocities after loads; what does not close faster than loads make it in kIslandRestTicks is
+/// at rest, and bounces off nothing.
 void IslandSolver::set_bounces(const BodyLines& bodies) {
   contacts_.look(contacts_.free());
   contacts_.for_points([&](ContactIsland::Point& point, const ContactConstraint& c) {
     const double pull = std::max(bodies.acceleration(bodies.line(c.a)).norm(),
                                  bodies.acceleration(bodies.line(c.b)).norm());
     const double un = point.u.x();
-    if (c.restitution == 0 || un >= point.target || un >= -kRestTicks * dt_ * pull) return;
+    if (c.restitution == 0 || un >= point.target || un >= -kIslandRestTicks * dt_ * pull) return;
     point.target = -c.restitution * un;
   });
 }
@@ -173,7 +173,7 @@ bool IslandSolver::find() {
   best_residual_ = std::numeric_limits<double>::infinity();
   contacts_.set_yield(settings_.yield);
   if (find_slip(kDirect)) {
-    if (!settings_.is_always_exact || find_by_rounds(settings_.yield, kRounds)) return true;
+    if (!settings_.is_always_exact || find_by_rounds(settings_.yield, kAccurateRounds)) return true;
   } else if (contacts_.bodies() > settings_.bodies_sliding) {
     return false;
   } else {

@@ -17,7 +17,7 @@ namespace {
 constexpr double kWhole = 0.1;    ///< of the slope: a whole step leaves no more
 constexpr double kEnough = 0.02;  ///< likewise, the search
 constexpr int kSearches = 40;
-constexpr double kLongest = 64;  ///< steps
+constexpr double kLongestStep = 64;  ///< steps
 
 }  // namespace
 
@@ -30,7 +30,7 @@ double Minimiser::part_of(const ContactIsland& island, const Eigen::VectorXd& x)
   const double first = std::abs(r_.dot(d_));
   double low = 0, slope_low = -first, high = 1, slope_high = slope(1);
   if (std::abs(slope_high) <= kWhole * first) return 1;
-  while (slope_high < 0 && high < kLongest) {
+  while (slope_high < 0 && high < kLongestStep) {
     low = high;
     slope_low = slope_high;
     slope_high = slope(high *= 2);

@@ -41,7 +41,7 @@ void all_sizes(BoxScene& scene) {
   }
 }
 
-constexpr BroadCase kCases[] = {
+constexpr BroadCase kBroadCases[] = {
     {"broad:100", 100, 1, 2000, 1000, nullptr, drift, "all of 100 bodies move"},
     {"broad:1k", 1'000, 1, 1000, 400, nullptr, drift, "all of 1000 bodies move"},
     {"broad:10k", 10'000, 1, 400, 200, nullptr, drift, "all of 10 000 bodies move"},
@@ -65,24 +65,24 @@ std::int64_t count_differing(const std::vector<BodyPair>& a, const std::vector<B
   return static_cast<std::int64_t>(only_one.size());
 }
 
-constexpr Column kColumns[] = {{"scene", 13},
-                               {"method", 6},
-                               {"bodies", 6},
-                               {"moving", 6},
-                               {"ns_per_body", 11},
-                               {"median", 6},
-                               {"p99", 6},
-                               {"late", 6},
-                               {"fcl_ns_per_body", 15},
-                               {"ratio", 6},
-                               {"pairs_per_body", 14},
-                               {"work_per_body", 13},
-                               {"differing", 9},
-                               {"crowded", 7}};
+constexpr Column kBroadColumns[] = {{"scene", 13},
+                                    {"method", 6},
+                                    {"bodies", 6},
+                                    {"moving", 6},
+                                    {"ns_per_body", 11},
+                                    {"median", 6},
+                                    {"p99", 6},
+                                    {"late", 6},
+                                    {"fcl_ns_per_body", 15},
+                                    {"ratio", 6},
+                                    {"pairs_per_body", 14},
+                                    {"work_per_body", 13},
+                                    {"differing", 9},
+                                    {"crowded", 7}};
 
 }  // namespace
 
-std::span<const BroadCase> broad_cases() { return kCases; }
+std::span<const BroadCase> broad_cases() { return kBroadCases; }
 
 BroadRow run(const BroadCase& which) {
   BoxScene scene = drifting_boxes(which.bodies);
@@ -123,13 +123,13 @@ BroadRow run(const BroadCase& which) {
   return row;
 }
 
-std::string broad_header(Format format) { return names_line(kColumns, format); }
+std::string broad_header(Format format) { return names_line(kBroadColumns, format); }
 
 std::string line(Format format, const BroadRow& row) {
   const auto text = [&](double value) { return text_of(value, format); };
   const auto ns = [&](double us) { return text(1e3 * us / static_cast<double>(row.bodies)); };
   return cells_line(
-      kColumns,
+      kBroadColumns,
       {row.name, row.method, std::to_string(row.bodies), text(row.moving),
        ns(row.us_per_step.mean_us), ns(row.us_per_step.median_us), ns(row.us_per_step.p99_us),
        ns(row.late_us_per_step.mean_us), ns(row.fcl_us_per_step.mean_us),

@@ -9,7 +9,7 @@ namespace {
 // Ten ticks at 60 Hz: arrays have grown, caches are warm.
 constexpr double kTenTicks_s = 10.0 / 60;
 
-constexpr Case kCases[] = {
+constexpr Case kSceneCases[] = {
     {"T1", "bench_gas.toml", 6, 1, drift_of_kinetic_energy, "kinetic energy, relative",
      "10 000 elastic spheres in a closed box"},
     // The fall is part of the pile: every tick counts.
@@ -75,12 +75,12 @@ constexpr Case kCases[] = {
 
 }  // namespace
 
-std::span<const Case> cases() { return kCases; }
+std::span<const Case> cases() { return kSceneCases; }
 
 const Case* find_case(std::string_view name) {
-  const auto found = std::find_if(std::begin(kCases), std::end(kCases),
+  const auto found = std::find_if(std::begin(kSceneCases), std::end(kSceneCases),
                                   [&](const Case& candidate) { return candidate.name == name; });
-  return found == std::end(kCases) ? nullptr : found;
+  return found == std::end(kSceneCases) ? nullptr : found;
 }
 
 }  // namespace cradle::bench

@@ -10,7 +10,7 @@ namespace cradle::bench {
 namespace {
 
 // Gains below this are the rounding of sums, and must not hide a loss.
-constexpr double kRounding = 1e-12;
+constexpr double kEnergyRounding = 1e-12;
 
 double relative(double change, double whole) { return change == 0 ? 0 : change / whole; }
 
@@ -74,7 +74,7 @@ void Drift::tick(const Budget& now) {
 
 std::optional<double> Drift::energy() const {
   if (start_.energy_J() == 0) return std::nullopt;
-  return largest_energy_ <= kRounding ? last_energy_ : largest_energy_;
+  return largest_energy_ <= kEnergyRounding ? last_energy_ : largest_energy_;
 }
 
 std::optional<double> Drift::momentum() const {

@@ -182,7 +182,7 @@ class Shared {
 /// Does the work in a child whose last words nobody hears. 0, or what the child died of: a signal,
 /// or -1.
 template <class Work>
-int in_child(Work work) {
+int died_in_child(Work work) {
   const pid_t child = fork();
   if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (child == 0) {
@@ -206,7 +206,7 @@ std::vector<Answer> ask_all(std::size_t count, Ask ask) {
   const Shared<std::size_t> done(1);
   *done.get() = 0;
   while (*done.get() < count) {
-    const int died_of = in_child([&] {
+    const int died_of = died_in_child([&] {
       for (std::size_t& k = *done.get(); k < count; ++k) {
         answers.get()[k] = Answer();
         answers.get()[k] = ask(k);
@@ -248,7 +248,7 @@ std::vector<FclImpact> ask_fcl_impacts(std::span<const Pair> pairs, const Vector
 std::optional<double> time_fcl(std::span<const Pair> pairs, FclQuestion question) {
   constexpr int kRounds = 5;
   const Shared<double> ns(1);
-  const int died_of = in_child([&] {
+  const int died_of = died_in_child([&] {
     std::vector<Question> questions;
     for (const Pair& pair : pairs) questions.emplace_back(pair);
     std::vector<double> us;

@@ -123,7 +123,7 @@ double heap_bytes() {
   return static_cast<double>(info.uordblks + info.hblkhd);
 }
 
-constexpr Column kColumns[] = {
+constexpr Column kGrowthColumns[] = {
     {"scene", 10},         {"bodies", 8},         {"us_per_tick", 11},       {"median", 8},
     {"ns_per_body", 11},   {"work_per_body", 13}, {"contacts_per_body", 17}, {"bytes_per_body", 14},
     {"work_exponent", 13}, {"time_exponent", 13}};
@@ -190,7 +190,7 @@ double exponent(std::span<const double> x, std::span<const double> y) {
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-std::string growth_header(Format format) { return names_line(kColumns, format); }
+std::string growth_header(Format format) { return names_line(kGrowthColumns, format); }
 
 std::string growth_line(Format format, const GrowthCase& which, std::span<const GrowthRow> rows) {
   const GrowthRow& row = rows.back();
@@ -207,7 +207,7 @@ std::string growth_line(Format format, const GrowthCase& which, std::span<const 
   const auto text = [&](const auto& value) { return text_of(value, format); };
   const double bodies = row.bodies;
   return cells_line(
-      kColumns,
+      kGrowthColumns,
       {row.name, std::to_string(row.bodies), text(row.us_per_tick.mean_us),
        text(row.us_per_tick.median_us), text(1e3 * row.us_per_tick.mean_us / bodies),
        text(row.work / bodies), text(row.contacts / bodies), text(row.bytes / bodies),

@@ -29,7 +29,7 @@ Scene under(const Scene& heavy, double mass_kg) {
   return scene;
 }
 
-std::string as_line(Format format, const std::vector<std::string>& cells) {
+std::string rung_line(Format format, const std::vector<std::string>& cells) {
   const std::vector<Column> columns(cells.size(), {"", 13});
   return cells_line(columns, cells, format);
 }
@@ -62,7 +62,7 @@ std::string ladders_header(Format format, std::span<const PeerLibrary> libraries
   for (const std::string& name : names) {
     for (const char* what : {"", "_error", "_pen_m", "_us"}) cells.push_back(name + what);
   }
-  return as_line(format, cells);
+  return rung_line(format, cells);
 }
 
 std::string ladders_line(Format format, const Rung& rung, const SideBySide& result) {
@@ -73,7 +73,7 @@ std::string ladders_line(Format format, const Rung& rung, const SideBySide& resu
     for (const double value : {row.error, row.penetration_max_m, time_us(*rung.which, row)})
       cells.push_back(text_of(value, format));
   }
-  return as_line(format, cells);
+  return rung_line(format, cells);
 }
 
 }  // namespace cradle::bench

@@ -204,7 +204,7 @@ int main(int argc, char** argv) {
   Options options;
   std::string csv_file;
   bool only_list = false, with_peers = false;
-  int rounds = kRounds;
+  int rounds = kSideBySideRounds;
   std::string report_folder, report_part;
   app.add_flag("--list", only_list, "Names, subjects, kinds of error and files of the scenes");
   app.add_option(

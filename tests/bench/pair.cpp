@@ -14,7 +14,7 @@ namespace {
 
 // As many poses as branch prediction cannot learn by heart.
 constexpr std::size_t kPoses = 400;
-constexpr int kRounds = 15;
+constexpr int kPairRounds = 15;
 
 /// Adds to the figures what was found in a pose.
 void judge(PairFigures& figures, const Pair& pair, const Parting& best, const Vector& n,
@@ -57,7 +57,7 @@ class Points final : public MadeManifolds {
 double time_ours(std::span<const Pair> pairs) {
   std::vector<double> us;
   Points points;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kPairRounds; ++round) {
     const Stopwatch stopwatch;
     points.find(pairs);
     us.push_back(stopwatch.elapsed_us());
@@ -97,10 +97,10 @@ std::optional<PairFigures> figures_of_fcl(std::span<const Pair> pairs,
   return figures;
 }
 
-constexpr Column kColumns[] = {{"pair", 25},       {"situation", 9},    {"ns", 6},
-                               {"points", 6},      {"missed", 6},       {"error_m", 9},
-                               {"excess_m", 9},    {"fcl_ns", 6},       {"fcl_points", 10},
-                               {"fcl_missed", 10}, {"fcl_error_m", 11}, {"fcl_excess_m", 12}};
+constexpr Column kPairColumns[] = {{"pair", 25},       {"situation", 9},    {"ns", 6},
+                                   {"points", 6},      {"missed", 6},       {"error_m", 9},
+                                   {"excess_m", 9},    {"fcl_ns", 6},       {"fcl_points", 10},
+                                   {"fcl_missed", 10}, {"fcl_error_m", 11}, {"fcl_excess_m", 12}};
 
 std::vector<PairCase> all_pairs() {
   std::vector<PairCase> cases;
@@ -136,7 +136,7 @@ std::vector<PairRow> run(const PairCase& which) {
   return rows;
 }
 
-std::string pair_header(Format format) { return names_line(kColumns, format); }
+std::string pair_header(Format format) { return names_line(kPairColumns, format); }
 
 std::string line(Format format, const PairRow& row) {
   std::vector<std::string> cells{row.name, std::string(word_of(row.situation))};
@@ -151,7 +151,7 @@ std::string line(Format format, const PairRow& row) {
   };
   add(row.ours);
   add(row.fcl);
-  return cells_line(kColumns, cells, format);
+  return cells_line(kPairColumns, cells, format);
 }
 
 }  // namespace cradle::bench

@@ -147,7 +147,7 @@ Pair at_rest(const Solid& A, const Solid& B, RandomPoses& random) {
   return pair;
 }
 
-double half_width(const Solid& solid) {
+double half_height(const Solid& solid) {
   if (solid.shape.kind == ShapeKind::half_space) return 1;
   const Vector down = solid.shape.kind == ShapeKind::capsule ? Vector::UnitX() : Vector::UnitZ();
   return 0.5 * (support_point(solid, down) - support_point(solid, -down)).dot(down);
@@ -165,7 +165,7 @@ Pair turned_once(const Solid& A, const Solid& B, Situation situation, RandomPose
       sink(pair, n, random.uniform(0, 0.01));
       break;
     case Situation::deep:
-      sink(pair, n, random.uniform(0.1, 0.5) * std::min(half_width(A), half_width(B)));
+      sink(pair, n, random.uniform(0.1, 0.5) * std::min(half_height(A), half_height(B)));
       break;
     default:
       sink(pair, n, -random.uniform(0.1, 0.9) * kPairMargin);

@@ -9,7 +9,7 @@ void require(bool is_so, const char* what) {
   if (!is_so) throw PeerError(std::string("peers are not given ") + what);
 }
 
-const StoredGeometry* geometry_of(const Scene& scene, const Shape& shape) {
+const StoredGeometry* stored_geometry_of(const Scene& scene, const Shape& shape) {
   if (!is_stored(shape.kind)) return nullptr;
   return scene.geometries.at(static_cast<std::size_t>(shape.parameters[0]) - 1).get();
 }
@@ -33,7 +33,7 @@ std::unique_ptr<Peer> make_peer(const PeerLibrary& library, const Scene& scene,
       require(off_axis.norm() <= 1e-9 * J.norm(), "inertia about other axes than the body's");
       require(mass.p_BoBcm.norm() <= 1e-6, "bodies with a centre of mass beside their origin");
     }
-    peer->add(body, mass, geometry_of(scene, body.shape));
+    peer->add(body, mass, stored_geometry_of(scene, body.shape));
   }
   return peer;
 }

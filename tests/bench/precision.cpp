@@ -14,7 +14,7 @@ namespace {
 constexpr double kGravity = 9.81;
 constexpr double kTerminal_mps = 20;
 constexpr double kLongestStep_s = 0.1;
-constexpr double kRounding = 1e-13;
+constexpr double kFlightRounding = 1e-13;
 
 /// The box of half extents 0.1, 0.2, 0.3 m and 1 kg.
 const Inertia kBox{1, {0.13 / 3, 0.1 / 3, 0.05 / 3}};
@@ -45,7 +45,7 @@ FlightLoads spring() {
   return loads;
 }
 
-Flight run(const PrecisionCase& which, const Scheme& scheme, int steps, Work& work) {
+Flight fly(const PrecisionCase& which, const Scheme& scheme, int steps, Work& work) {
   Flight body = which.start;
   const FlightLoads loads = which.loads();
   for (int i = 0; i < steps; ++i) {
@@ -56,7 +56,7 @@ Flight run(const PrecisionCase& which, const Scheme& scheme, int steps, Work& wo
 
 Flight end_of(const PrecisionCase& which, const Scheme& scheme, int steps) {
   Work work;
-  return run(which, scheme, steps, work);
+  return fly(which, scheme, steps, work);
 }
 
 double place(const PrecisionCase& which, const Scheme& scheme, int steps) {
@@ -185,14 +185,14 @@ std::vector<PrecisionCurve> sweep(const PrecisionCase& which, double evaluations
     curve.scheme = scheme.name;
     for (int steps = static_cast<int>(std::lround(which.time_s / kLongestStep_s));; steps *= 2) {
       Work work;
-      run(which, scheme, steps, work);
+      fly(which, scheme, steps, work);
       if (static_cast<double>(work.evaluations) > evaluations_max) break;
       PrecisionPoint& point = curve.points.emplace_back();
       point.step_s = which.time_s / steps;
       point.error = which.error(which, scheme, steps);
       point.evaluations = static_cast<double>(work.evaluations) / which.time_s;
       point.ns = measured_ns(which, scheme, steps);
-      if (point.error < kRounding) break;
+      if (point.error < kFlightRounding) break;
     }
   }
   return curves;

@@ -9,10 +9,10 @@
 namespace cradle::bench {
 namespace {
 
-constexpr std::array<double, 5> kErrors{1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
+constexpr std::array<double, 5> kPrecisionErrors{1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
 
 /// Two diagrams of one case: error over time, and over counted work.
-std::string script(const PrecisionCase& which, std::span<const PrecisionCurve> curves) {
+std::string precision_script(const PrecisionCase& which, std::span<const PrecisionCurve> curves) {
   const std::string name(which.name);
   std::string text =
       "set terminal svg size 640,420 font 'sans,12' background 'white'\n"
@@ -51,7 +51,7 @@ std::string data_text(std::span<const PrecisionCurve> curves) {
 
 std::string table_head() {
   std::string head = "| case, kind of error |", line = "\n|---|";
-  for (const double error : kErrors) {
+  for (const double error : kPrecisionErrors) {
     head += formatted(" %.0e |", error);
     line += "---|";
   }
@@ -60,7 +60,7 @@ std::string table_head() {
 
 std::string table_line(const PrecisionCase& which, std::span<const PrecisionCurve> curves) {
   std::string text = "| " + std::string(which.name) + " " + std::string(which.error_kind) + " |";
-  for (const double error : kErrors) {
+  for (const double error : kPrecisionErrors) {
     const Cheapest best = cheapest(curves, error);
     text +=
         best.scheme.empty()
@@ -80,7 +80,7 @@ void write_precision_report(const std::string& folder_name, double evaluations_m
     const std::vector<PrecisionCurve> curves = sweep(which, evaluations_max);
     const std::string name(which.name);
     write_file(folder / (name + ".dat"), data_text(curves));
-    write_file(folder / (name + ".gp"), script(which, curves));
+    write_file(folder / (name + ".gp"), precision_script(which, curves));
     table += table_line(which, curves);
   }
   write_file(folder / "table.md", table);

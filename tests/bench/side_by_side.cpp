@@ -95,7 +95,7 @@ std::optional<double> median_ratio(const Case& which, std::span<const Fared> our
 }
 
 /// One for several runs of the same.
-Fared middle_of(const Case& which, std::vector<Fared> runs) {
+Fared middle_run(const Case& which, std::vector<Fared> runs) {
   for (const Fared& run : runs) {
     if (!run.is_ok()) return run;
   }
@@ -163,7 +163,7 @@ SideBySide compare(const Case& which, const Scene& scene, const Options& options
   }
   SideBySide result{&which, {}};
   for (const std::vector<Fared>& of : runs) {
-    result.engines.push_back(middle_of(which, of));
+    result.engines.push_back(middle_run(which, of));
     result.engines.back().ratio = median_ratio(which, runs[0], of);
   }
   return result;

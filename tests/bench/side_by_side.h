@@ -44,11 +44,11 @@ Fared try_run(const Case& which, const Scene& scene, const Options& options);
 Fared try_peer(const PeerLibrary& library, const Case& which, const Scene& scene,
                const Options& options, const PeerSettings& settings = {});
 
-inline constexpr int kRounds = 3;
+inline constexpr int kSideBySideRounds = 3;
 
 /// Rounds, in each of which every engine runs once. `scene` is mostly that of the case.
 SideBySide compare(const Case& which, const Scene& scene, const Options& options,
-                   std::span<const PeerLibrary> libraries, int rounds = kRounds);
+                   std::span<const PeerLibrary> libraries, int rounds = kSideBySideRounds);
 
 /// As a table: a line a case. As CSV: a line an engine, with the columns of `header`, and after
 /// them the outcome and Cradle's time over the engine's.

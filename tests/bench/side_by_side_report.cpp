@@ -26,7 +26,7 @@ std::string as_line(const std::vector<std::string>& cells) {
   return cells_line(columns, cells, Format::table);
 }
 
-std::string table_line(const SideBySide& result) {
+std::string side_by_side_line(const SideBySide& result) {
   std::vector<std::string> cells{std::string(result.which->name)};
   const auto text = [&](const auto& value) { return text_of(value, Format::table); };
   for (const Fared& engine : result.engines) {
@@ -51,7 +51,7 @@ std::string peers_header(Format format, std::span<const PeerLibrary> libraries) 
 }
 
 std::string peers_lines(Format format, const SideBySide& result) {
-  if (format == Format::table) return table_line(result);
+  if (format == Format::table) return side_by_side_line(result);
   std::string lines;
   for (const Fared& engine : result.engines) {
     lines += with_columns(line(format, engine.row),

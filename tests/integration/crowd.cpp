@@ -11,8 +11,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kClients = 8;
-constexpr int kBodies = 20;
+constexpr int kCrowd = 8;
+constexpr int kBodiesOfEach = 20;
 
 /// One of the crowd: spawns, pushes, reads back, despawns. The number of the first thing that goes
 /// wrong, or 0.
@@ -23,14 +23,14 @@ int play(int number) {
   // Half of them one by one, half in one batch; each client in a row of its own.
   std::vector<Ticket> tickets;
   const auto place = [&](int i) { return Vec3{3.0 * i, 100.0 * number, 1000}; };
-  for (int i = 0; i < kBodies / 2; ++i) tickets.push_back(client->spawn(ball_spec(place(i))));
+  for (int i = 0; i < kBodiesOfEach / 2; ++i) tickets.push_back(client->spawn(ball_spec(place(i))));
   for (const Ticket& ticket : tickets) mine.insert(client->wait(ticket, 30s).body);
   std::vector<BodySpec> batch;
-  for (int i = kBodies / 2; i < kBodies; ++i) batch.push_back(ball_spec(place(i)));
+  for (int i = kBodiesOfEach / 2; i < kBodiesOfEach; ++i) batch.push_back(ball_spec(place(i)));
   const Answer made = client->wait(client->spawn(batch), 30s);
   if (!made) return 2;
-  for (int i = 0; i < kBodies / 2; ++i) mine.insert({made.body.value + i});
-  if (mine.size() != kBodies || mine.contains(BodyId{})) return 3;
+  for (int i = 0; i < kBodiesOfEach / 2; ++i) mine.insert({made.body.value + i});
+  if (mine.size() != kBodiesOfEach || mine.contains(BodyId{})) return 3;
 
   std::vector<Wrench> kicks;
   for (const BodyId body : mine) {
@@ -78,20 +78,20 @@ TEST_CASE("eight client processes spawn, push, read back and despawn at once") {
     if (event.kind == EventKind::removed) removed.insert(event.body.value);
   });
   std::vector<std::unique_ptr<Process>> crowd;
-  for (int i = 0; i < kClients; ++i) {
+  for (int i = 0; i < kCrowd; ++i) {
     crowd.push_back(std::make_unique<Process>([i] { return play(i); }));
   }
   const auto is_over = [&] {
     return std::none_of(crowd.begin(), crowd.end(), [](auto& p) { return p->is_running(); });
   };
   REQUIRE(poll_until(*watcher, is_over, 120s));
-  for (int i = 0; i < kClients; ++i) {
+  for (int i = 0; i < kCrowd; ++i) {
     CAPTURE(i, crowd[static_cast<std::size_t>(i)]->errors());
     CHECK(crowd[static_cast<std::size_t>(i)]->wait(0s).value_or(-1) == 0);
   }
   REQUIRE(poll_until(*watcher, [&] { return watcher->status().bodies == 0; }));
   CHECK(watcher->statistics().events_lost == 0);
-  CHECK(spawned.size() == kClients * kBodies);
+  CHECK(spawned.size() == kCrowd * kBodiesOfEach);
   CHECK(std::set<std::int64_t>(spawned.begin(), spawned.end()).size() == spawned.size());
   CHECK(spawned == removed);
 }

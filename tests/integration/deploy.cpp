@@ -43,20 +43,20 @@ std::string unit_text(const std::string& name) {
 }
 
 /// A folder that everybody may enter, removed at the end whatever its permissions are then.
-class Folder {
+class OpenFolder {
  public:
-  Folder() {
+  OpenFolder() {
     std::string path = (fs::temp_directory_path() / "cradle-deploy-XXXXXX").string();
     REQUIRE(::mkdtemp(path.data()));
     path_ = path;
     fs::permissions(path_, fs::perms(0755));
   }
-  ~Folder() {
+  ~OpenFolder() {
     set_permissions(fs::perms::owner_write, fs::perm_options::add);
     fs::remove_all(path_);
   }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
+  OpenFolder(const OpenFolder&) = delete;
+  OpenFolder& operator=(const OpenFolder&) = delete;
 
   fs::path operator/(const std::string& name) const { return path_ / name; }
 
@@ -101,7 +101,7 @@ TEST_CASE("systemd finds nothing wrong in the units, and them hardened") {
     WARN("no systemd-analyze here");
     return;
   }
-  const Folder folder;
+  const OpenFolder folder;
   for (const std::string& unit : kUnits) {
     CAPTURE(unit);
     const std::string file = (folder / unit).string();
@@ -163,7 +163,7 @@ TEST_CASE("the units' command lines run the worlds that /etc/cradle describes") 
 }
 
 TEST_CASE("the daemon runs without privilege or home from a read-only tree, and writes no file") {
-  const Folder folder;
+  const OpenFolder folder;
   fs::create_directories(folder / "bin");
   fs::create_directories(folder / "etc");
   fs::copy_file(kProgram, folder / "bin/cradled");

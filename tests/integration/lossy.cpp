@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kClients = 4;
+constexpr int kLossyClients = 4;
 constexpr int kCommands = 2500;  // of each client
 constexpr int kPerTick = 250;    // as many as the window lets wait, and a few more
 
@@ -81,12 +81,12 @@ struct Played {
 };
 
 /// Four clients give 10 000 spawns, 250 each before every tick, then the world steps.
-Played play(const Lossiness& lossiness) {
+Played play_lossy(const Lossiness& lossiness) {
   InProcessBus control;
   InProcessBus states;
   Server server(control, states, lossiness);
-  std::vector<Player> players(kClients);
-  for (int i = 0; i < kClients; ++i) {
+  std::vector<Player> players(kLossyClients);
+  for (int i = 0; i < kLossyClients; ++i) {
     Lossiness own = lossiness;
     own.seed = lossiness.seed * 100 + static_cast<std::uint64_t>(i);
     Player& player = players[static_cast<std::size_t>(i)];
@@ -117,7 +117,7 @@ Played play(const Lossiness& lossiness) {
 
   constexpr int kTicks = kCommands / kPerTick;
   for (int tick = 1; tick <= kTicks; ++tick) {
-    for (int i = 0; i < kClients; ++i) {
+    for (int i = 0; i < kLossyClients; ++i) {
       Player& player = players[static_cast<std::size_t>(i)];
       for (int k = 0; k < kPerTick; ++k) {
         const CommandBody body = Spawn{{body_of(i, player.given++)}};
@@ -161,11 +161,12 @@ Played play(const Lossiness& lossiness) {
 }  // namespace
 
 TEST_CASE("over a lossy network every command happens once, in order, and at its tick") {
-  const Played perfect = play({});
-  CHECK(perfect.bodies == kClients * kCommands);
+  const Played perfect = play_lossy({});
+  CHECK(perfect.bodies == kLossyClients * kCommands);
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u}) {
     CAPTURE(seed);
-    const Played lossy = play({.seed = seed, .loss = 0.2, .duplication = 0.1, .reordering = 0.1});
+    const Played lossy =
+        play_lossy({.seed = seed, .loss = 0.2, .duplication = 0.1, .reordering = 0.1});
     CHECK(lossy.bodies == perfect.bodies);
     CHECK(lossy.hash == perfect.hash);
     CHECK(lossy.resends > 0);
@@ -173,20 +174,20 @@ TEST_CASE("over a lossy network every command happens once, in order, and at its
 }
 
 TEST_CASE("over a network that is late as well, the same") {
-  const Played perfect = play({});
-  const Played late = play({.seed = 7,
-                            .loss = 0.2,
-                            .duplication = 0.1,
-                            .reordering = 0.1,
-                            .held_back_max = 8,
-                            .delay_max = 20ms});
+  const Played perfect = play_lossy({});
+  const Played late = play_lossy({.seed = 7,
+                                  .loss = 0.2,
+                                  .duplication = 0.1,
+                                  .reordering = 0.1,
+                                  .held_back_max = 8,
+                                  .delay_max = 20ms});
   CHECK(late.bodies == perfect.bodies);
   CHECK(late.hash == perfect.hash);
 }
 
 TEST_CASE("a network that loses half of everything only slows the clients down") {
-  const Played perfect = play({});
-  const Played lossy = play({.seed = 6, .loss = 0.5, .duplication = 0.1, .reordering = 0.1});
+  const Played perfect = play_lossy({});
+  const Played lossy = play_lossy({.seed = 6, .loss = 0.5, .duplication = 0.1, .reordering = 0.1});
   CHECK(lossy.hash == perfect.hash);
 }
 

@@ -31,7 +31,7 @@ std::vector<std::string> readme_commands() {
   return commands;
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
+std::string with_replaced(std::string text, const std::string& from, const std::string& to) {
   for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
     text.replace(at, from.size(), to);
   }
@@ -45,7 +45,7 @@ std::string build_folder() {
 
 /// In the repository's folder, with this build's programs, on this test's own ports.
 std::vector<std::string> shell(const std::string& command) {
-  const std::string here = replaced(command, "build/", build_folder() + "/");
+  const std::string here = with_replaced(command, "build/", build_folder() + "/");
   const std::string exec = command.find("&&") == std::string::npos ? "exec " : "";
   return {"/bin/sh", "-c", "cd '" CRADLE_SOURCE_DIR "' && " + exec + here};
 }
@@ -69,8 +69,9 @@ TEST_CASE("the commands of the README do what it says") {
     if (command == "./server/demo.sh") typed_command += " --seconds 2";
     if (command.starts_with("./tests/run.sh")) typed_command += " -N";
     if (command.starts_with("cmake ")) {  // of this very test: nothing is left to do
-      typed_command = replaced(command, "-B build", "-B '" + build_folder() + "'");
-      typed_command = replaced(typed_command, "--build build", "--build '" + build_folder() + "'");
+      typed_command = with_replaced(command, "-B build", "-B '" + build_folder() + "'");
+      typed_command =
+          with_replaced(typed_command, "--build build", "--build '" + build_folder() + "'");
     }
     const Finished finished = run(shell(typed_command), 240s);
     CAPTURE(finished.output, finished.errors);

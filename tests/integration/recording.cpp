@@ -22,13 +22,13 @@ LcmUrl control_url() { return *parse_lcm_url(own_url()); }
 std::string states_url() { return control_url().state_lane().text(); }
 
 /// A folder for one test, gone after it.
-struct Folder {
-  Folder() {
+struct RecordingFolder {
+  RecordingFolder() {
     std::string name = (fs::temp_directory_path() / "cradle-XXXXXX").string();
     REQUIRE(::mkdtemp(name.data()));
     path = name;
   }
-  ~Folder() { fs::remove_all(path); }
+  ~RecordingFolder() { fs::remove_all(path); }
   std::string file(const std::string& name) const { return (path / name).string(); }
   fs::path path;
 };
@@ -75,7 +75,7 @@ struct RecordedRun {
     }
   }
 
-  Folder folder;
+  RecordingFolder folder;
   std::string control = folder.file("control.log");
   std::string states = folder.file("states & more.log");
   BodyId ball;

@@ -29,16 +29,16 @@ constexpr auto kPatience = 20s;
 constexpr auto kWatchdogPeriod = 400ms;
 
 /// A folder of its own, for as long as the object lives.
-class Folder {
+class ServiceFolder {
  public:
-  Folder() {
+  ServiceFolder() {
     std::string path = (std::filesystem::temp_directory_path() / "cradle-service-XXXXXX").string();
     REQUIRE(::mkdtemp(path.data()));
     path_ = path;
   }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
+  ~ServiceFolder() { std::filesystem::remove_all(path_); }
+  ServiceFolder(const ServiceFolder&) = delete;
+  ServiceFolder& operator=(const ServiceFolder&) = delete;
 
   std::string file(const std::string& name) const { return path_ / name; }
 
@@ -122,7 +122,7 @@ bool comes_to_say(const Process& daemon, const std::string& text) {
 }  // namespace
 
 TEST_CASE("a service manager is told of start, state, life, reload and end") {
-  const Folder folder;
+  const ServiceFolder folder;
   for (const std::string& name : {folder.file("notify"), abstract_name()}) {
     CAPTURE(name);
     const Manager manager(name);
@@ -245,7 +245,7 @@ TEST_CASE("a service manager that does not listen holds up nothing, and is compl
 }
 
 TEST_CASE("SIGHUP takes over what may change in a running world, and names what may not") {
-  const Folder folder;
+  const ServiceFolder folder;
   const std::string file = folder.file("cradled.toml");
   std::ofstream(file) << "threads = 1\n";
   Process daemon(serve_arguments({"--config", file}));

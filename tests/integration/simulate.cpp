@@ -15,7 +15,7 @@ namespace {
 
 std::string scene(const std::string& name) { return CRADLE_SCENE_DIR "/" + name; }
 
-Finished simulate(std::vector<std::string> arguments) {
+Finished run_simulate(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {"cradled", "simulate"});
   return run(arguments);
 }
@@ -23,7 +23,7 @@ Finished simulate(std::vector<std::string> arguments) {
 /// The run's summary, after it went well.
 std::string summary_of(std::vector<std::string> arguments) {
   arguments.insert(arguments.end(), {"--summary", "-"});
-  const Finished finished = simulate(arguments);
+  const Finished finished = run_simulate(arguments);
   REQUIRE(finished.exit_code == 0);
   REQUIRE(finished.errors.empty());
   return finished.output;
@@ -52,7 +52,7 @@ Rows rows_of(const std::string& csv) {
   return rows;
 }
 
-std::string file_text(const std::filesystem::path& path) {
+std::string trace_text(const std::filesystem::path& path) {
   std::ifstream stream(path);
   std::ostringstream text;
   text << stream.rdbuf();
@@ -60,13 +60,13 @@ std::string file_text(const std::filesystem::path& path) {
 }
 
 /// A folder for one test, gone after it.
-struct Folder {
-  Folder() {
+struct TraceFolder {
+  TraceFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "cradle-XXXXXX").string();
     REQUIRE(::mkdtemp(name.data()));
     path = name;
   }
-  ~Folder() { std::filesystem::remove_all(path); }
+  ~TraceFolder() { std::filesystem::remove_all(path); }
   std::filesystem::path path;
 };
 
@@ -74,7 +74,7 @@ struct Folder {
 
 TEST_CASE("a trace has a row a body and tick, under name or id, and follows the closed form") {
   const Finished finished =
-      simulate({scene("free_fall.toml"), "--duration", "0.5", "--trace", "-"});
+      run_simulate({scene("free_fall.toml"), "--duration", "0.5", "--trace", "-"});
   REQUIRE(finished.exit_code == 0);
   CHECK(finished.errors.empty());
   const Rows rows = rows_of(finished.output);
@@ -161,7 +161,7 @@ TEST_CASE("two runs of a scene give the same hash and the same trace, with one t
 
   auto traced = arguments;
   traced.insert(traced.end(), {"--trace", "-"});
-  CHECK(simulate(traced).output == simulate(traced).output);
+  CHECK(run_simulate(traced).output == run_simulate(traced).output);
 }
 
 TEST_CASE(
@@ -187,22 +187,22 @@ TEST_CASE("the flag --solver stands instead of the scene's, and what it could no
 }
 
 TEST_CASE("trace and summary go to files, and the summary to standard output by default") {
-  const Folder folder;
+  const TraceFolder folder;
   const std::string trace = (folder.path / "trace.csv").string();
   const std::string summary = (folder.path / "summary.json").string();
-  const Finished silent = simulate(
+  const Finished silent = run_simulate(
       {scene("free_fall.toml"), "--duration", "0.1", "--trace", trace, "--summary", summary});
   CHECK(silent.exit_code == 0);
   CHECK(silent.output.empty());
-  CHECK(rows_of(file_text(trace)).size() == 1 + 2 * 11);
-  CHECK(json_number(file_text(summary), "ticks") == 10);
+  CHECK(rows_of(trace_text(trace)).size() == 1 + 2 * 11);
+  CHECK(json_number(trace_text(summary), "ticks") == 10);
 
-  const Finished plain = simulate({scene("free_fall.toml"), "--duration", "0.1"});
+  const Finished plain = run_simulate({scene("free_fall.toml"), "--duration", "0.1"});
   CHECK(json_number(plain.output, "ticks") == 10);
 }
 
 TEST_CASE("whatever is wrong with a command line or its files is one line and an exit code") {
-  const Folder folder;
+  const TraceFolder folder;
   const std::string bad_scene = (folder.path / "bad.toml").string();
   std::ofstream(bad_scene) << "[world]\nrate_hz = -1\n";
   const std::string empty = scene("empty.toml");
@@ -278,7 +278,7 @@ TEST_CASE("the flag --help lists every exit code and the flag --version the prot
 TEST_CASE("the flag --print-limits prints every limit of limits.h") {
   const Finished finished = run({"cradled", "serve", "--print-limits"});
   CHECK(finished.exit_code == 0);
-  const std::string header = file_text(CRADLE_SOURCE_DIR "/protocol/include/cradle/limits.h");
+  const std::string header = trace_text(CRADLE_SOURCE_DIR "/protocol/include/cradle/limits.h");
   const std::regex constant("constexpr [a-z_:0-9]+ (k[A-Za-z0-9_]+) =");
   int limits = 0;
   for (std::sregex_iterator it(header.begin(), header.end(), constant), end; it != end; ++it) {

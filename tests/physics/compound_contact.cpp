@@ -12,11 +12,11 @@ CompoundPart part(const Shape& shape, const Vector& p_BoPo) {
   return {shape, nullptr, p_BoPo, Rotation::Identity(), 1000};
 }
 
-GeometryPointer compound_of(std::vector<CompoundPart> parts) {
+GeometryPointer welded(std::vector<CompoundPart> parts) {
   return make_compound(std::move(parts)).geometry;
 }
 
-BodySpec body_of(World& world, const GeometryPointer& geometry, const Vec3& p_WBo) {
+BodySpec stored_body(World& world, const GeometryPointer& geometry, const Vec3& p_WBo) {
   BodySpec spec;
   spec.shape = Shape::stored(geometry->kind(), world.add_geometry(geometry));
   spec.p_WBo = p_WBo;
@@ -33,7 +33,7 @@ TEST_CASE("a table stands on its four legs") {
   }
   World world(settings());
   add(world, ground());
-  const BodyId table = add(world, body_of(world, compound_of(parts), {0, 0, 0}));
+  const BodyId table = add(world, stored_body(world, welded(parts), {0, 0, 0}));
   steps(world, 240);
   const BodyState s = state(world, table);
   CHECK(s.p_WBo.z == Approx(0).margin(1e-3));
@@ -45,8 +45,8 @@ TEST_CASE("a table stands on its four legs") {
 
 TEST_CASE("parts of two compounds meet, and are named by their numbers") {
   const GeometryPointer dumbbell =
-      compound_of({part(Shape::sphere(0.5), {-1, 0, 0}), part(Shape::box({1, 0.1, 0.1}), {0, 0, 0}),
-                   part(Shape::sphere(0.5), {1, 0, 0})});
+      welded({part(Shape::sphere(0.5), {-1, 0, 0}), part(Shape::box({1, 0.1, 0.1}), {0, 0, 0}),
+              part(Shape::sphere(0.5), {1, 0, 0})});
   const Shape shape = Shape::stored(ShapeKind::compound, 1);
   const Pose lower, upper{{0, 0, 0.99}, Matrix::Identity()};
   std::vector<Manifold> manifolds;
@@ -63,11 +63,11 @@ TEST_CASE("parts of two compounds meet, and are named by their numbers") {
 TEST_CASE("a box in two halves stands, slides and stops as a box does") {
   World world(settings());
   add(world, ground());
-  const GeometryPointer halves = compound_of({part(Shape::box({0.25, 0.5, 0.5}), {-0.25, 0, 0}),
-                                              part(Shape::box({0.25, 0.5, 0.5}), {0.25, 0, 0})});
+  const GeometryPointer halves = welded({part(Shape::box({0.25, 0.5, 0.5}), {-0.25, 0, 0}),
+                                         part(Shape::box({0.25, 0.5, 0.5}), {0.25, 0, 0})});
   BodySpec whole = brick({0.5, 0.5, 0.5}, {0, 5, 0.5}, {3, 0, 0});
   whole.mass_kg = 1000;
-  BodySpec two = body_of(world, halves, {0, 0, 0.5});
+  BodySpec two = stored_body(world, halves, {0, 0, 0.5});
   two.v_WBcm = {3, 0, 0};
   const BodyId box = add(world, whole), compound = add(world, two);
   steps(world, 120);
@@ -95,7 +95,7 @@ TEST_CASE("compounds of hulls and boxes stack") {
   told.sub_steps = 8;
   World world(told);
   add(world, ground());
-  BodySpec stool = body_of(world, compound_of(parts), {0, 0, 0});
+  BodySpec stool = stored_body(world, welded(parts), {0, 0, 0});
   std::vector<BodyId> stools;
   for (int i = 0; i < 3; ++i) {
     stool.p_WBo.z = 0.6 * i;
@@ -116,9 +116,9 @@ TEST_CASE("a hammer that falls from its handle's end strikes with its head") {
   // It lies on an edge with the handle's end and turns about it, as a pendulum would.
   World world(settings());
   add(world, ground());
-  const GeometryPointer hammer = compound_of({part(Shape::cylinder(0.03, 0.5), {0, 0, 0}),
-                                              part(Shape::box({0.2, 0.1, 0.1}), {0, 0, 0.6})});
-  BodySpec spec = body_of(world, hammer, {0, 0, 0.5});
+  const GeometryPointer hammer = welded({part(Shape::cylinder(0.03, 0.5), {0, 0, 0}),
+                                         part(Shape::box({0.2, 0.1, 0.1}), {0, 0, 0.6})});
+  BodySpec spec = stored_body(world, hammer, {0, 0, 0.5});
   spec.q_WB = {std::cos(0.05), 0, std::sin(0.05), 0};  // leaning towards x
   spec.p_WBo = {0.5 * std::sin(0.1), 0, 0.5 * std::cos(0.1) + 0.003};
   const BodyId body = add(world, spec);

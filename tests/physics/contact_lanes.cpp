@@ -10,18 +10,11 @@
 #include "server/dynamics/contact/softness.h"
 #include "server/dynamics/contact/turning_contact.h"
 #include "server/dynamics/free_flight.h"
+#include "tests/physics/flock.h"
 #include "tests/physics/worlds.h"
 
 namespace cradle {
 namespace {
-
-double uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
-}
-Vector random_vector(std::mt19937_64& random, double size) {
-  const double x = uniform(random, -size, size), y = uniform(random, -size, size);
-  return {x, y, uniform(random, -size, size)};
-}
 
 const SubStep kStep{1.0 / 240, 0.3, 4, softness_of(1.0 / 240)};
 

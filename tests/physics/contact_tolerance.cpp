@@ -16,7 +16,7 @@ struct Resting {
 };
 
 /// A scene, and what rests on what in it.
-struct Scene {
+struct ToleranceScene {
   std::string name;
   std::function<std::vector<Resting>(World&)> build;
 };
@@ -62,9 +62,9 @@ std::vector<Resting> pyramid(World& world, int rows) {
   return contacts;
 }
 
-const std::vector<Scene>& scenes() {
+const std::vector<ToleranceScene>& scenes() {
   using Bricks = std::vector<std::pair<double, double>>;
-  static const std::vector<Scene> all{
+  static const std::vector<ToleranceScene> all{
       {"a cube",
        [](World& w) {
          return tower(w, {{0.5, 1}});
@@ -112,7 +112,7 @@ WorldSettings soft_settings() {
   return how;
 }
 
-Sag rest(const Scene& scene, double tolerance_m, const std::string& solver) {
+Sag rest(const ToleranceScene& scene, double tolerance_m, const std::string& solver) {
   WorldSettings how = settings();
   how.solver = solver;
   how.contact_tolerance_m = tolerance_m;
@@ -133,7 +133,7 @@ Sag rest(const Scene& scene, double tolerance_m, const std::string& solver) {
 TEST_CASE("contacts sink in as far as foretold, and no farther than allowed") {
   const std::string solver = GENERATE("soft", "hybrid", "newton");
   for (const double tolerance : {5e-4, 5e-3, 1e-4}) {
-    for (const Scene& scene : scenes()) {
+    for (const ToleranceScene& scene : scenes()) {
       const Sag outcome = rest(scene, tolerance, solver);
       INFO(solver << ": " << scene.name << ", " << 1e3 * tolerance << " mm allowed: "
                   << 1e3 * outcome.expected_m << " mm expected, " << 1e3 * outcome.measured_m

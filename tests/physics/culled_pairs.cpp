@@ -40,7 +40,7 @@ Pose pose_of(const BodySpec& spec, double t = 0) {
   return {to_eigen(spec.p_WBo) + t * to_eigen(spec.v_WBcm), to_eigen(spec.q_WB).toRotationMatrix()};
 }
 
-bool meet(const BodySpec& a, const BodySpec& b) {
+bool pairs_meet(const BodySpec& a, const BodySpec& b) {
   for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     const double t = part / 60;
     if (collide(a.shape, pose_of(a, t), b.shape, pose_of(b, t), 2e-3).count > 0) return true;
@@ -61,7 +61,7 @@ TEST_CASE("what could touch within the tick is a pair, whatever way it comes") {
     World world(settings());
     add(world, a);
     add(world, b);
-    const bool may_touch = meet(a, b);
+    const bool may_touch = pairs_meet(a, b);
     const std::int64_t pairs = world.step().pairs;
     near += may_touch ? 1 : 0;
     const bool boxes_meet = bounds({a.shape, pose_of(a)}).overlaps(bounds({b.shape, pose_of(b)}));

@@ -9,18 +9,13 @@
 namespace cradle {
 namespace {
 
-double energy(const World& world) {
-  const Totals totals = world.totals();
-  return totals.kinetic_energy_J + totals.potential_energy_J;
-}
-
-double uniform(std::mt19937_64& random, double low, double high) {
+double uniform_between(std::mt19937_64& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
 
 /// Cubes of 1 m in a wall, face to face, without loads; outside of any world.
-struct Wall {
-  explicit Wall(int side, std::uint64_t seed) : random(seed) {
+struct BallWall {
+  explicit BallWall(int side, std::uint64_t seed) : random(seed) {
     for (int i = 0; i < side * side; ++i) {
       x.emplace_back(i % side, 0, i / side);
       moving.push_back(i);
@@ -50,7 +45,7 @@ struct Wall {
     contacts.push_back(make_constraint(manifold, a, b, arrays(), inverse_inertia_W));
     contacts.back().friction = 0.5;
     for (ConstraintPoint& p : contacts.back().used()) {
-      p.force = uniform(random, 0, 1000);
+      p.force = uniform_between(random, 0, 1000);
       p.force_t = Eigen::Vector2d::Constant(0.3 * p.force);
     }
     look_at(contacts.back());
@@ -85,7 +80,7 @@ struct Wall {
 
 TEST_CASE("energy: forces that contacts remember set nothing in motion") {
   for (const int sub_steps : {1, 4, 8}) {
-    Wall wall(6, 1);
+    BallWall wall(6, 1);
     wall.step(sub_steps);
     CHECK(wall.energy() < 1e-20);
   }
@@ -94,9 +89,9 @@ TEST_CASE("energy: forces that contacts remember set nothing in motion") {
 TEST_CASE("energy: a blow that contacts remember gives nothing to a wall that moves") {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     for (const int sub_steps : {1, 4, 8}) {
-      Wall wall(6, seed);
+      BallWall wall(6, seed);
       for (std::size_t i = 0; i < wall.x.size(); ++i) {
-        for (int k = 0; k < 3; ++k) wall.v[i][k] = uniform(wall.random, -3, 3);
+        for (int k = 0; k < 3; ++k) wall.v[i][k] = uniform_between(wall.random, -3, 3);
       }
       const double before = wall.energy();
       wall.step(sub_steps);
@@ -158,9 +153,10 @@ void add_crowd(World& world, Kind kind, const Material& material, std::uint64_t 
   }
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  const auto size = [&] { return uniform(random, 0.15, 0.25); };
+  const auto size = [&] { return uniform_between(random, 0.15, 0.25); };
   const auto any = [&] {
-    return Vec3{uniform(random, -5, 5), uniform(random, -5, 5), uniform(random, -5, 5)};
+    return Vec3{uniform_between(random, -5, 5), uniform_between(random, -5, 5),
+                uniform_between(random, -5, 5)};
   };
   for (int k = 0; k < 24; ++k) {
     const Vec3 at{-1.2 + 0.8 * (k % 4), -1.2 + 0.8 * (k / 4 % 3), -1.5 + 0.9 * (k / 12)};
@@ -172,7 +168,7 @@ void add_crowd(World& world, Kind kind, const Material& material, std::uint64_t 
         Rotation(normal(random), normal(random), normal(random), normal(random)).normalized();
     spec.q_WB = {q.w(), q.x(), q.y(), q.z()};
     spec.w_WB = any();
-    spec.mass_kg = uniform(random, 1, 2);
+    spec.mass_kg = uniform_between(random, 1, 2);
     spec.material = material;
     add(world, spec);
   }

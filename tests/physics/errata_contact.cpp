@@ -10,14 +10,7 @@
 #include "tests/physics/worlds.h"
 
 namespace cradle {
-namespace {
-
-double energy(const World& world) {
-  const Totals totals = world.totals();
-  return totals.kinetic_energy_J + totals.potential_energy_J;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("P02: a fall, and a fall under twice the acceleration") {
   // Drop from 10 m for 2 s; with and without a persistent acceleration of g more.

@@ -10,7 +10,7 @@
 namespace cradle {
 namespace {
 
-BodySpec fixed(const Shape& shape, const Vec3& p_WBo) {
+BodySpec fixed_body(const Shape& shape, const Vec3& p_WBo) {
   BodySpec spec;
   spec.kind = BodyKind::fixed;
   spec.shape = shape;
@@ -41,11 +41,11 @@ TEST_CASE("a ball that comes to rest on the floor within a tick meets the wall")
       for (const double angle : {0.1, 0.26, 1.0}) {
         CAPTURE(rate_hz, restitution, are_planes, speed, height, angle);
         World world(settings(rate_hz));
-        BodySpec plane = fixed(Shape::half_space(), {2, 0, 0});
+        BodySpec plane = fixed_body(Shape::half_space(), {2, 0, 0});
         plane.q_WB = {std::sqrt(0.5), 0, -std::sqrt(0.5), 0};  // faces -x
-        add(world, are_planes ? fixed(Shape::half_space(), {})
-                              : fixed(Shape::box({10, 10, 0.5}), {0, 0, -0.5}));
-        add(world, are_planes ? plane : fixed(Shape::box({0.01, 5, 5}), {2.01, 0, 2}));
+        add(world, are_planes ? fixed_body(Shape::half_space(), {})
+                              : fixed_body(Shape::box({10, 10, 0.5}), {0, 0, -0.5}));
+        add(world, are_planes ? plane : fixed_body(Shape::box({0.01, 5, 5}), {2.01, 0, 2}));
         const BodyId ball =
             add(world, thrown_ball(0.05, 1000, restitution, {1.9, 0, height},
                                    {speed * std::cos(angle), 0, -speed * std::sin(angle)}));
@@ -64,7 +64,7 @@ TEST_CASE("a ball that lies in a groove between two planes within a tick slides 
   World world(settings());
   const double half = std::sqrt(0.5);
   for (const double side : {1.0, -1.0}) {
-    BodySpec plane = fixed(Shape::half_space(), {});
+    BodySpec plane = fixed_body(Shape::half_space(), {});
     plane.q_WB = {std::cos(0.125 * std::numbers::pi), -side * std::sin(0.125 * std::numbers::pi), 0,
                   0};
     add(world, plane);
@@ -112,7 +112,7 @@ TEST_CASE("a thin rod whose centre of mass is beside its axis stays on its side 
   for (int trial = 0; trial < 120; ++trial) {
     CAPTURE(trial);
     World world(settings());
-    add(world, fixed(Shape::box({50, 50, 0.005}), {0, 0, -0.005}));
+    add(world, fixed_body(Shape::box({50, 50, 0.005}), {0, 0, -0.005}));
     BodySpec rod;
     rod.shape = Shape::cylinder(uniform(0.005, 0.01), uniform(0.2, 0.4));
     const Rotation q = Rotation(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));

@@ -189,7 +189,7 @@ TEST_CASE("P31: cubes of 10 m carry up to fifty times their mass") {
 
 TEST_CASE("P32: a tower of squares, each twice as large as the one below, stands") {
   // AVBD's sceneStackRatio: sides of 1, 2 .. 32 m, density 1, mu = 0.5, in the plane, 10 s.
-  World world(flat({0, -kGravity, 0}));
+  World world(planar_settings({0, -kGravity, 0}));
   add(world, level(0));
   std::vector<BodyId> bodies;
   double top = 0;

@@ -10,10 +10,10 @@
 namespace cradle {
 namespace {
 
-constexpr double kYield = 1e-7;      // R by K of Newton's method: island_solver.h
-constexpr double kJump_m = 1e-6;     // what a hand-over may move
-constexpr double kGap_m = 0.002;     // between cubes that are set down
-constexpr double kSoftest_m = 5e-4;  // what contacts may sink in by: WorldSettings
+constexpr double kHybridYield = 1e-7;  // R by K of Newton's method: island_solver.h
+constexpr double kJump_m = 1e-6;       // what a hand-over may move
+constexpr double kGap_m = 0.002;       // between cubes that are set down
+constexpr double kSoftest_m = 5e-4;    // what contacts may sink in by: WorldSettings
 
 /// Cubes of 1 kg, 2 mm and 10 mrad out of place.
 std::vector<BodyId> add_tower(World& world, int cubes, double gap_m, unsigned seed) {
@@ -38,7 +38,7 @@ std::vector<BodyState> states(const World& world, const std::vector<BodyId>& bod
 }
 
 /// m, of the corner of a cube that went farthest, or nearly.
-double farthest(const std::vector<BodyState>& from, const std::vector<BodyState>& to) {
+double farthest_turned(const std::vector<BodyState>& from, const std::vector<BodyState>& to) {
   double most = 0;
   for (std::size_t k = 0; k < from.size(); ++k) {
     const Quat &p = from[k].q_WB, &q = to[k].q_WB;
@@ -49,7 +49,7 @@ double farthest(const std::vector<BodyState>& from, const std::vector<BodyState>
 }
 
 /// J, of cubes of 1 kg.
-double energy(const std::vector<BodyState>& cubes) {
+double energy_of_cubes(const std::vector<BodyState>& cubes) {
   double sum = 0;
   for (const BodyState& s : cubes) {
     const double v = norm(s.v_WBcm), w = norm(s.w_WB);
@@ -58,7 +58,7 @@ double energy(const std::vector<BodyState>& cubes) {
   return sum;
 }
 
-double fastest(const std::vector<BodyState>& bodies) {
+double fastest_of(const std::vector<BodyState>& bodies) {
   double most = 0;
   for (const BodyState& s : bodies) most = std::max(most, norm(s.v_WBcm) + norm(s.w_WB));
   return most;
@@ -82,8 +82,8 @@ TEST_CASE("Newton's method takes over from soft steps without a jump, and the to
       in_vain += report.islands_makeshift;
       if (report.islands_taken_over == 0) continue;
       const std::vector<BodyState> after = states(world, cubes);
-      CHECK(farthest(before, after) < kJump_m);
-      CHECK(energy(after) - energy(before) < 10 * kGravity * kJump_m);
+      CHECK(farthest_turned(before, after) < kJump_m);
+      CHECK(energy_of_cubes(after) - energy_of_cubes(before) < 10 * kGravity * kJump_m);
       ++taken_over;
       last = tick;
     }
@@ -91,10 +91,10 @@ TEST_CASE("Newton's method takes over from soft steps without a jump, and the to
     CHECK(last < 120);
     CHECK(in_vain == 0);
     const std::vector<BodyState> rest = states(world, cubes);
-    CHECK(fastest(rest) == 0);
+    CHECK(fastest_of(rest) == 0);
     Worst worst;
     worst.run(world, 120);
-    CHECK(farthest(rest, states(world, cubes)) == 0);
+    CHECK(farthest_turned(rest, states(world, cubes)) == 0);
     CHECK(worst.penetration_m < kSoftest_m);
   }
 }
@@ -108,7 +108,7 @@ TEST_CASE("soft steps take over from Newton's method without a jump, and give ba
       const auto cubes = add_tower(world, 10, gap_m, seed);
       steps(world, 240);
       const std::vector<BodyState> rest = states(world, cubes);
-      REQUIRE(fastest(rest) == 0);
+      REQUIRE(fastest_of(rest) == 0);
       BodySpec fly = brick({0.1, 0.1, 0.1}, rest.back().p_WBo, {0, 0, -0.5});
       fly.p_WBo.z += 0.65;
       fly.mass_kg = 1e-6;
@@ -118,31 +118,31 @@ TEST_CASE("soft steps take over from Newton's method without a jump, and give ba
         const std::vector<BodyState> before = states(world, cubes);
         const bool was_soft = is_soft(world.step());
         const std::vector<BodyState> after = states(world, cubes);
-        CHECK(farthest(before, after) < kJump_m);
-        CHECK(energy(after) - energy(before) < 10 * kGravity * kJump_m);
+        CHECK(farthest_turned(before, after) < kJump_m);
+        CHECK(energy_of_cubes(after) - energy_of_cubes(before) < 10 * kGravity * kJump_m);
         soft += was_soft ? 1 : 0;
       }
       CHECK(soft > 5);
       CHECK(!is_soft(world.step()));
-      CHECK(farthest(rest, states(world, cubes)) < 2 * kJump_m);
+      CHECK(farthest_turned(rest, states(world, cubes)) < 2 * kJump_m);
     }
   }
 }
 
 TEST_CASE("a stack that is put down touching is exact from the first tick, and costs a look") {
-  // As by Newton: dt^2 kYield K F, with K = 8 1/kg at a corner that carries 19 g / 4.
+  // As by Newton: dt^2 kHybridYield K F, with K = 8 1/kg at a corner that carries 19 g / 4.
   World world(settings_of("hybrid"));
   const auto cubes = add_stack(world, 20);
   Worst worst;
   worst.run(world, 10);
-  CHECK(worst.penetration_m == Approx(kYield * 8 * 19 * kGravity / 4 / 3600).epsilon(1e-3));
+  CHECK(worst.penetration_m == Approx(kHybridYield * 8 * 19 * kGravity / 4 / 3600).epsilon(1e-3));
   const std::vector<BodyState> rest = states(world, cubes);
   for (int tick = 0; tick < 60; ++tick) {
     const StepReport report = world.step();
     CHECK(report.islands_at_rest == 1);
     CHECK(report.islands_makeshift == 0);
   }
-  CHECK(farthest(rest, states(world, cubes)) == 0);
+  CHECK(farthest_turned(rest, states(world, cubes)) == 0);
 
   // A8: a tonne on a cube, and on ten.
   for (const int under : {1, 10}) {
@@ -155,7 +155,7 @@ TEST_CASE("a stack that is put down touching is exact from the first tick, and c
     Worst deepest;
     deepest.run(heavy, 120);
     CHECK(deepest.makeshift == 0);
-    CHECK(deepest.penetration_m < kYield * 8 * (1000 + under) * kGravity / 4 / 3600 * 1.01);
+    CHECK(deepest.penetration_m < kHybridYield * 8 * (1000 + under) * kGravity / 4 / 3600 * 1.01);
     CHECK(heavy.step().islands_at_rest == 1);
     CHECK(distance(state(heavy, top).p_WBo, {0, 0, under + 0.5}) < 1e-5);
   }
@@ -311,7 +311,7 @@ TEST_CASE("by the hybrid, too, what is still falls asleep, and wakes as it was")
   CHECK(report.sleeping == 0);
   CHECK(!is_soft(report));
   steps(world, 5);
-  CHECK(farthest(before, states(world, cubes)) < 1e-9);
+  CHECK(farthest_turned(before, states(world, cubes)) < 1e-9);
 }
 
 }  // namespace cradle

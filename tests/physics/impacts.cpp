@@ -8,11 +8,6 @@
 namespace cradle {
 namespace {
 
-double energy(const World& world) {
-  const Totals totals = world.totals();
-  return totals.kinetic_energy_J + totals.potential_energy_J;
-}
-
 BodySpec bouncy(BodySpec spec, double friction, double restitution) {
   spec.material = {friction, restitution};
   return spec;

@@ -6,7 +6,7 @@
 namespace cradle {
 namespace {
 
-constexpr double kPi = 3.14159265358979;
+constexpr double kHalfTurn = 3.14159265358979;
 
 struct Turntable {
   World world;
@@ -38,7 +38,7 @@ TEST_CASE("a turntable takes along what friction can hold: once round, and where
     const double w = 2;  // w^2 r = 4 m/s^2 of mu g = 4.9
     Turntable t = turntable(rate, w, 1, 0.5);
     const BodyState before = state(t.world, t.box);
-    const auto ticks = static_cast<int>(std::lround(2 * kPi / w * rate));
+    const auto ticks = static_cast<int>(std::lround(2 * kHalfTurn / w * rate));
     steps(t.world, ticks);
     const BodyState after = state(t.world, t.box);
     const double turned = w * ticks / rate;

@@ -12,7 +12,7 @@
 namespace cradle {
 namespace {
 
-constexpr int kRows = 20, kStrike = 120, kTicks = 420, kSeeds = 8;
+constexpr int kPyramidRows = 20, kStrike = 120, kTicks = 420, kSeeds = 8;
 
 /// 210 cubes out of place by up to 5 mm along x, 2 cm along y and 15 mrad, with gaps of 1 mm.
 World noisy_pyramid(const std::string& solver, unsigned seed) {
@@ -24,9 +24,9 @@ World noisy_pyramid(const std::string& solver, unsigned seed) {
   const auto within = [&](double most) {
     return most * (std::ldexp(static_cast<double>(random()), -31) - 1);
   };
-  for (int row = 0; row < kRows; ++row) {
-    for (int i = 0; i < kRows - row; ++i) {
-      const double x = 1.05 * (i - 0.5 * (kRows - 1 - row)) + within(5e-3), y = within(0.02);
+  for (int row = 0; row < kPyramidRows; ++row) {
+    for (int i = 0; i < kPyramidRows - row; ++i) {
+      const double x = 1.05 * (i - 0.5 * (kPyramidRows - 1 - row)) + within(5e-3), y = within(0.02);
       const double half_yaw = within(0.5 * 0.015);
       BodySpec cube = brick({0.5, 0.5, 0.5}, {x, y, 0.501 + 1.001 * row});
       cube.q_WB = {std::cos(half_yaw), 0, 0, std::sin(half_yaw)};

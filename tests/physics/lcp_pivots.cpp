@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-constexpr double kSolved = 1e-8;  // of physics.md, P35
+constexpr double kLcpSolved = 1e-8;  // of physics.md, P35
 
 MatrixXd square(int n, std::initializer_list<double> rows) {
   MatrixXd M(n, n);
@@ -38,7 +38,7 @@ MatrixXd murty(int n) {
   return M;
 }
 
-void check_solved(const MatrixXd& M, const VectorXd& q, double most = kSolved,
+void check_solved(const MatrixXd& M, const VectorXd& q, double most = kLcpSolved,
                   const LcpTolerances& tolerances = {}) {
   const LcpSolution found = lemke(M, q, tolerances);
   CAPTURE(M.rows(), found.pivots, found.residual);
@@ -66,7 +66,7 @@ TEST_CASE("P35: Murty's example is solved, by as many pivots as it was made for"
     CHECK((found.z - VectorXd::Unit(n, 0)).norm() < 1e-14);
     CHECK((M * found.z + q - (VectorXd::Ones(n) - VectorXd::Unit(n, 0))).norm() < 1e-13);
     CHECK(found.pivots == 1 << n);  // z0 comes and goes, too
-    if (n <= 6) check_solved(M * M.transpose(), q, kSolved, patient);
+    if (n <= 6) check_solved(M * M.transpose(), q, kLcpSolved, patient);
   }
   // Without that patience it is told, and nothing is called a solution.
   const LcpSolution early = lemke(murty(12), VectorXd::Constant(12, -1));

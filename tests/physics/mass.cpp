@@ -8,8 +8,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 void check_same(const MassDistribution& a, const MassDistribution& b, double tolerance) {
   CHECK(std::abs(a.mass_kg / b.mass_kg - 1) < tolerance);
   CHECK((a.p_BoBcm - b.p_BoBcm).norm() < tolerance * (1 + b.p_BoBcm.norm()));
@@ -276,11 +274,11 @@ TEST_CASE("a hull of many points agrees with sampling, and holds all of them") {
   const MadeGeometry made = make_hull(points);
   REQUIRE(made.geometry);
   const auto& hull = std::get<ConvexHull>(made.geometry->value);
-  struct Plane {
+  struct BoundingPlane {
     Vector n;
     double d;
   };
-  std::vector<Plane> planes;
+  std::vector<BoundingPlane> planes;
   std::size_t corners = 0;
   for (std::size_t f = 0; f < hull.face_count(); ++f) {
     const auto loop = hull.face(f);
@@ -296,7 +294,7 @@ TEST_CASE("a hull of many points agrees with sampling, and holds all of them") {
   CHECK(hull.vertices.size() + hull.face_count() == corners / 2 + 2);
   const auto density = [&planes](const Vector& p) {
     return std::all_of(planes.begin(), planes.end(),
-                       [&p](const Plane& plane) { return plane.n.dot(p) <= plane.d; })
+                       [&p](const BoundingPlane& plane) { return plane.n.dot(p) <= plane.d; })
                ? 1.0
                : 0.0;
   };

@@ -9,7 +9,7 @@
 
 namespace cradle {
 
-inline WorldSettings flat(const Vec3& gravity_W, double rate_hz = 60) {
+inline WorldSettings planar_settings(const Vec3& gravity_W, double rate_hz = 60) {
   WorldSettings s = settings(rate_hz, gravity_W);
   s.is_planar = true;
   return s;

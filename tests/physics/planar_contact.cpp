@@ -12,7 +12,7 @@ namespace {
 const Vec3 kDown{0, -kGravity, 0};
 
 struct Twins {
-  World planar{flat(kDown)}, spatial{settings(60, kDown)};
+  World planar{planar_settings(kDown)}, spatial{settings(60, kDown)};
   BodyId add(const BodySpec& spec) {
     cradle::add(spatial, spec);
     return cradle::add(planar, spec);
@@ -104,7 +104,7 @@ TEST_CASE("P14 in the plane: a box slides to a stop") {
 }
 
 TEST_CASE("in the plane a stack of ten boxes stands on two points each") {
-  World world(flat(kDown));
+  World world(planar_settings(kDown));
   add(world, level(0));
   std::vector<BodyId> boxes;
   for (int i = 0; i < 10; ++i) boxes.push_back(add(world, brick({0.5, 0.5, 0.1}, {0, 0.5 + i, 0})));
@@ -124,7 +124,7 @@ TEST_CASE("in the plane a stack of ten boxes stands on two points each") {
 TEST_CASE(
     "in the plane friction pushes along the surface alone, and a torque turns about z alone") {
   // A box that lands on a corner: in space it may roll any way, here it tips about z.
-  World world(flat(kDown));
+  World world(planar_settings(kDown));
   add(world, level(0));
   BodySpec spec = brick({0.5, 0.3, 0.2}, {0, 1, 0}, {1, 0, 0});
   spec.q_WB = about_z(0.3);
@@ -138,7 +138,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a kinematic slope and kinematic boxes carry bodies in the plane") {
-  World world(flat(kDown));
+  World world(planar_settings(kDown));
   BodySpec lift = level(0);
   lift.kind = BodyKind::kinematic;
   lift.v_WBcm = {0, 0.5, 0};

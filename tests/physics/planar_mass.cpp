@@ -8,7 +8,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 using Polygon = std::vector<PlanarVector>;
 
 Polygon regular(int n, double r) {
@@ -19,7 +18,7 @@ Polygon regular(int n, double r) {
   return p;
 }
 
-void check_same(const PlanarMass& a, const PlanarMass& b, double tolerance) {
+void check_same_planar(const PlanarMass& a, const PlanarMass& b, double tolerance) {
   CHECK(a.mass_kg == Approx(b.mass_kg).epsilon(tolerance));
   CHECK((a.p_BoBcm - b.p_BoBcm).norm() < tolerance);
   CHECK(a.inertia_kgm2 == Approx(b.inertia_kgm2).epsilon(tolerance));
@@ -31,18 +30,18 @@ const Polygon kAngle{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
 }  // namespace
 
 TEST_CASE("flat bodies have the mass and moment of their closed forms") {
-  check_same(planar_circle(2, 3), {12 * kPi, {0, 0}, 24 * kPi}, 1e-14);
+  check_same_planar(planar_circle(2, 3), {12 * kPi, {0, 0}, 24 * kPi}, 1e-14);
   // A rectangle of a by b: m (a^2 + b^2) / 12. A regular n-gon: m r^2 (1 + 2 cos^2(pi/n)) / 6.
-  check_same(planar_polygon(Polygon{{1, 1}, {5, 1}, {5, 4}, {1, 4}}, 2).mass,
-             {24, {3, 2.5}, 24 * 25.0 / 12}, 1e-14);
+  check_same_planar(planar_polygon(Polygon{{1, 1}, {5, 1}, {5, 4}, {1, 4}}, 2).mass,
+                    {24, {3, 2.5}, 24 * 25.0 / 12}, 1e-14);
   for (const int n : {3, 4, 5, 17}) {
     const double area = 0.5 * n * 4 * std::sin(2 * kPi / n), c = std::cos(kPi / n);
-    check_same(planar_polygon(regular(n, 2), 1).mass,
-               {area, {0, 0}, area * 4 * (1 + 2 * c * c) / 6}, 1e-14);
+    check_same_planar(planar_polygon(regular(n, 2), 1).mass,
+                      {area, {0, 0}, area * 4 * (1 + 2 * c * c) / 6}, 1e-14);
   }
   // Three squares of 1 kg, each m/6 about itself, centres at (1/2, 1/2), (3/2, 1/2), (1/2, 3/2).
-  check_same(planar_polygon(kAngle, 1).mass,
-             {3, {5.0 / 6, 5.0 / 6}, 3.0 / 6 + 2.0 / 9 + 2 * 5.0 / 9}, 1e-14);
+  check_same_planar(planar_polygon(kAngle, 1).mass,
+                    {3, {5.0 / 6, 5.0 / 6}, 3.0 / 6 + 2.0 / 9 + 2 * 5.0 / 9}, 1e-14);
 }
 
 TEST_CASE("a flat body is a section of a cylinder, a box or a prism") {
@@ -71,7 +70,7 @@ TEST_CASE("a flat body is a section of a cylinder, a box or a prism") {
 TEST_CASE("parallel axis, turning and another mass act on flat bodies as on solids") {
   const PlanarMass square = planar_polygon(Polygon{{0, 0}, {1, 0}, {1, 1}, {0, 1}}, 1).mass;
   const std::array parts{square, posed(square, {1, 0}, 0), posed(square, {1, 1}, kPi / 2)};
-  check_same(sum(parts), planar_polygon(kAngle, 1).mass, 1e-14);
+  check_same_planar(sum(parts), planar_polygon(kAngle, 1).mass, 1e-14);
   CHECK(sum(std::span<const PlanarMass>()).mass_kg == 0);
   const PlanarMass heavy = with_mass(square, 12);
   CHECK(heavy.mass_kg == 12);

@@ -8,7 +8,7 @@
 namespace cradle {
 namespace {
 
-const Vec3 kDown{0, -kGravity, 0};
+const Vec3 kAlongMinusY{0, -kGravity, 0};
 
 BodySpec body_of(const Shape& shape, const Vec3& p_WBo, double angle_rad = 0) {
   BodySpec spec;
@@ -49,7 +49,7 @@ double moment(World& world, BodyId body) {
 }  // namespace
 
 TEST_CASE("in the plane bodies weigh what a slice of 1 m does, and turn with its moment about z") {
-  World world(flat({}));
+  World world(planar_settings({}));
   using std::numbers::pi;
   const BodyId disc = add(world, body_of(Shape::sphere(0.5), {0, 0, 0}));
   CHECK(event_of(world, disc).mass_kg == Approx(1000 * pi / 4).epsilon(1e-14));
@@ -74,7 +74,7 @@ TEST_CASE("in the plane bodies weigh what a slice of 1 m does, and turn with its
 }
 
 TEST_CASE("P13 in the plane: a disc slides until it rolls at two thirds of its speed") {
-  World world(flat(kDown));
+  World world(planar_settings(kAlongMinusY));
   add(world, level(0, 0, 0.2));
   BodySpec spec = ball(0.5, {0, 0.4999, 0}, {2, 0, 0});
   spec.material.friction = 0.2;
@@ -85,7 +85,7 @@ TEST_CASE("P13 in the plane: a disc slides until it rolls at two thirds of its s
 }
 
 TEST_CASE("in the plane a disc rolls down a slope with two thirds of the slope's gravity") {
-  World world(flat(kDown));
+  World world(planar_settings(kAlongMinusY));
   const double slope = 0.3;
   add(world, level(0, slope, 0.5));
   BodySpec spec = ball(0.5, {0.5 * -std::sin(slope), 0.5 * std::cos(slope), 0});
@@ -102,7 +102,7 @@ TEST_CASE("in the plane polygons and capsules rest below the friction angle and 
   const double mu = 0.5;
   for (const double slope : {0.4, 0.55}) {  // the friction angle is 0.4636
     CAPTURE(slope);
-    World world(flat(kDown));
+    World world(planar_settings(kAlongMinusY));
     add(world, level(0, slope, mu));
     const GeometryPointer hexagon = regular_polygon(6, 0.5);
     const Shape many = Shape::stored(ShapeKind::hull, world.add_geometry(hexagon));
@@ -139,7 +139,7 @@ TEST_CASE("in the plane polygons and capsules rest below the friction angle and 
 }
 
 TEST_CASE("in the plane a triangle that stands on its tip falls, one on its side stands") {
-  World world(flat(kDown));
+  World world(planar_settings(kAlongMinusY));
   add(world, level(0));
   const BodyId stands = add(world, body_of(regular_triangle(0.9), {0, 0.3, 0}));
   const BodyId falls =
@@ -151,7 +151,7 @@ TEST_CASE("in the plane a triangle that stands on its tip falls, one on its side
 }
 
 TEST_CASE("in the plane capsules, discs and polygons pile up and come to rest") {
-  World world(flat(kDown));
+  World world(planar_settings(kAlongMinusY));
   add(world, level(0));
   BodySpec wall = body_of(Shape::box({0.2, 4, 1}), {-2, 4, 0});
   wall.kind = BodyKind::fixed;
@@ -180,7 +180,7 @@ TEST_CASE("in the plane capsules, discs and polygons pile up and come to rest") 
 }
 
 TEST_CASE("planar worlds refuse shapes of space, and worlds of space polygons") {
-  World plane(flat({})), space(weightless());
+  World plane(planar_settings({})), space(weightless());
   const auto spawned = [](World& world, const BodySpec& spec) {
     return world.spawn(std::array{spec}).result;
   };
@@ -235,7 +235,7 @@ TEST_CASE("planar worlds refuse shapes of space, and worlds of space polygons") 
 }
 
 TEST_CASE("in the plane a compound weighs as its parts do, and stands on them") {
-  World world(flat(kDown));
+  World world(planar_settings(kAlongMinusY));
   add(world, level(0));
   const Rotation upright = Rotation::Identity();
   // A table of 2 m by 0.8 m: a plate and two legs.

@@ -10,10 +10,10 @@ namespace cradle {
 namespace {
 
 /// The same bodies and commands in the plane and in space.
-struct Twins {
+struct PlanarTwins {
   World planar, spatial;
-  explicit Twins(const Vec3& gravity_W, double rate_hz = 60)
-      : planar(flat(gravity_W, rate_hz)), spatial(settings(rate_hz, gravity_W)) {}
+  explicit PlanarTwins(const Vec3& gravity_W, double rate_hz = 60)
+      : planar(planar_settings(gravity_W, rate_hz)), spatial(settings(rate_hz, gravity_W)) {}
 
   BodyId add(const BodySpec& spec) {
     const Outcome one = planar.spawn(std::array{spec});
@@ -56,7 +56,7 @@ struct Twins {
 
 TEST_CASE("P42: free flight in the plane is that in space, to 1e-9") {
   std::mt19937_64 random(42);
-  Twins twins({0.5, -9.81, 0});
+  PlanarTwins twins({0.5, -9.81, 0});
   std::vector<BodyId> bodies;
   for (int i = 0; i < 200; ++i) bodies.push_back(twins.add(random_planar_body(random)));
   for (const BodyId body : bodies) {
@@ -77,7 +77,7 @@ TEST_CASE("P42: free flight in the plane is that in space, to 1e-9") {
 
 TEST_CASE("P42: springs in the plane are those in space, to 1e-9") {
   std::mt19937_64 random(43);
-  Twins twins({0, -9.81, 0});
+  PlanarTwins twins({0, -9.81, 0});
   std::vector<BodyId> bodies;
   std::vector<Vec3> centres;
   for (int i = 0; i < 40; ++i) {
@@ -115,8 +115,8 @@ TEST_CASE("P42: every scheme moves bodies in the plane as in space, to 1e-9") {
   for (const std::string& scheme : scheme_names()) {
     CAPTURE(scheme);
     std::mt19937_64 random(44);
-    Twins twins({0, -9.81, 0});
-    WorldSettings told = flat({0, -9.81, 0});
+    PlanarTwins twins({0, -9.81, 0});
+    WorldSettings told = planar_settings({0, -9.81, 0});
     told.scheme = scheme;
     twins.planar = World(told);
     told.is_planar = false;
@@ -136,7 +136,7 @@ TEST_CASE("in the plane a constant torque turns by a quadratic angle, at any spe
   // J about z 0.5 kg m^2, 250 N m: 4 rad in the first second, and 50 rad a tick after a minute.
   for (const double torque : {4.0, 250.0}) {
     for (const double w0 : {0.0, -3.0}) {
-      World world(flat({}));
+      World world(planar_settings({}));
       BodySpec spec;
       spec.mass_kg = 2;
       spec.inertia_kgm2 = {0.3, 0.4, 0.5};
@@ -158,7 +158,7 @@ TEST_CASE("in the plane a constant torque turns by a quadratic angle, at any spe
 }
 
 TEST_CASE("the fastest spin allowed turns by its angle in the plane") {
-  World world(flat({}, 1));
+  World world(planar_settings({}, 1));
   BodySpec spec;
   spec.mass_kg = 1;
   spec.inertia_kgm2 = {1, 1, 1};
@@ -173,7 +173,7 @@ TEST_CASE("a planar world has the same hash at every width") {
   std::vector<std::array<std::uint8_t, 8>> hashes;
   for (const int lanes : machine_lanes()) {
     std::mt19937_64 random(45);
-    WorldSettings told = flat({0, -9.81, 0});
+    WorldSettings told = planar_settings({0, -9.81, 0});
     told.lanes = lanes;
     World world(told);
     for (int i = 0; i < 403; ++i) {
@@ -197,14 +197,14 @@ TEST_CASE("a planar world has the same hash at every width") {
 }
 
 TEST_CASE("that a world is planar is part of its hash") {
-  CHECK(World(flat({})).hash() != World(weightless()).hash());
+  CHECK(World(planar_settings({})).hash() != World(weightless()).hash());
 }
 
 TEST_CASE("nothing ever leaves the plane") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
     std::mt19937_64 random(seed);
-    WorldSettings told = flat({uniform(random, -2, 2), -9.81, 0});
+    WorldSettings told = planar_settings({uniform(random, -2, 2), -9.81, 0});
     const std::vector<std::string> schemes = scheme_names();
     told.scheme = schemes[random() % schemes.size()];
     World world(told);

@@ -10,7 +10,7 @@
 namespace cradle {
 namespace {
 
-constexpr int kSeeds = 12, kBodies = 48, kTicks = 900;
+constexpr int kRubbleSeeds = 12, kBodies = 48, kRubbleTicks = 900;
 
 /// Boxes, cubes and hulls of twelve corners on a sphere, in twelve layers of four.
 std::vector<BodyId> drop_rubble(World& world, unsigned seed) {
@@ -65,7 +65,7 @@ void let_fall(unsigned seed, Rubble& outcome) {
   World world(how);
   const std::vector<BodyId> bodies = drop_rubble(world, seed);
   bool rests = false;
-  for (int tick = 0; tick < kTicks && !rests; ++tick) {
+  for (int tick = 0; tick < kRubbleTicks && !rests; ++tick) {
     std::vector<Vec3> before;
     for (const BodyId body : bodies) before.push_back(state(world, body).p_WBo);
     const double energy_before_J = energy_J(world);
@@ -87,11 +87,11 @@ void let_fall(unsigned seed, Rubble& outcome) {
 
 TEST_CASE("rubble comes to rest group by group, without a jump, and none is tried in vain often") {
   Rubble outcome;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) let_fall(seed, outcome);
+  for (unsigned seed = 1; seed <= kRubbleSeeds; ++seed) let_fall(seed, outcome);
   CAPTURE(outcome.taken_over, outcome.in_vain, outcome.at_rest, outcome.jump_m, outcome.gain_J);
-  CHECK(outcome.taken_over > 15 * kSeeds);
+  CHECK(outcome.taken_over > 15 * kRubbleSeeds);
   CHECK(outcome.in_vain < 0.1 * outcome.taken_over);
-  CHECK(outcome.at_rest >= kSeeds - 1);  // within 15 s
+  CHECK(outcome.at_rest >= kRubbleSeeds - 1);  // within 15 s
   CHECK(outcome.jump_m < 1e-6);
   CHECK(outcome.gain_J < 1e-6);
 }

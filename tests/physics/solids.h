@@ -3,11 +3,15 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <numbers>
 #include <random>
 
 #include "server/dynamics/mass_distribution.h"
+#include "tests/bench/poses.h"
 
 namespace cradle {
+
+inline constexpr double kPi = std::numbers::pi;
 
 struct Surface {
   std::vector<Vector> vertices;
@@ -124,9 +128,5 @@ inline MassDistribution sampled(const Vector& lower, const Vector& upper, int n,
 }
 
 inline double relative(const Matrix& a, const Matrix& b) { return (a - b).norm() / b.norm(); }
-
-inline Matrix turn(double angle, const Vector& axis) {
-  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-}
 
 }  // namespace cradle

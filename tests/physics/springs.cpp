@@ -11,7 +11,7 @@
 namespace cradle {
 namespace {
 
-double energy(std::span<const SpringBody> bodies, std::span<const SpringLink> links) {
+double energy_of_springs(std::span<const SpringBody> bodies, std::span<const SpringLink> links) {
   double sum_J = spring_energy(bodies, links);
   for (const SpringBody& body : bodies) {
     sum_J += body.inertia.mass * body.flight.v.squaredNorm() / 2 +
@@ -20,11 +20,11 @@ double energy(std::span<const SpringBody> bodies, std::span<const SpringLink> li
   return sum_J;
 }
 
-struct Momentum {
+struct SpringMomentum {
   Vector linear = Vector::Zero(), angular = Vector::Zero();
 };
-Momentum momentum(std::span<const SpringBody> bodies) {
-  Momentum sum;
+SpringMomentum momentum(std::span<const SpringBody> bodies) {
+  SpringMomentum sum;
   for (const SpringBody& body : bodies) {
     const Vector p = body.inertia.mass * body.flight.v;
     sum.linear += p;
@@ -72,19 +72,19 @@ BodySpec weight(const Vec3& position) {
 /// Energy must never rise; where all equations were solved, momentum must stay. Returns how many
 /// were not.
 int check_conservation(Net net) {
-  const double start = energy(net.bodies, net.links);
-  const Momentum before = momentum(net.bodies);
+  const double start = energy_of_springs(net.bodies, net.links);
+  const SpringMomentum before = momentum(net.bodies);
   double last = start, gain = 0;
   int unconverged = 0;
   for (int tick = 0; tick < 120; ++tick) {
     unconverged += spring_step(net.bodies, net.links, 1.0 / 60).unconverged;
-    const double now = energy(net.bodies, net.links);
+    const double now = energy_of_springs(net.bodies, net.links);
     gain = std::fmax(gain, now - last);
     last = now;
   }
   CHECK(gain <= 1e-9 * start);
   if (unconverged > 0) return unconverged;
-  const Momentum after = momentum(net.bodies);
+  const SpringMomentum after = momentum(net.bodies);
   const double scale = std::sqrt(start);  // of speeds at masses of about 1 kg
   CHECK((after.linear - before.linear).norm() < 1e-9 * scale);
   // A spring of rest length zero damps in every direction, and so turns the pair.

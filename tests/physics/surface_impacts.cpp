@@ -8,7 +8,7 @@
 namespace cradle {
 namespace {
 
-constexpr double kTick_s = 1.0 / 60;
+constexpr double kSurfaceTick_s = 1.0 / 60;
 
 double ripples(double x, double y) { return 0.02 * std::sin(3 * x) * std::cos(2 * y); }
 
@@ -26,7 +26,7 @@ constexpr double kRipple_m = 0.02;
 const Quat kFacing{std::sqrt(0.5), 0, -std::sqrt(0.5), 0};
 
 /// 2 m long, along x for an angle of 0; turning about z.
-BodySpec rod(double angle, double w) {
+BodySpec turning_rod(double angle, double w) {
   BodySpec spec;
   spec.shape = Shape::capsule(0.005, 0.995);
   spec.mass_kg = 1;
@@ -46,7 +46,7 @@ TEST_CASE("a bullet stops before a wall of triangles, at any speed and wherever 
       for (int k = 0; k < 12; ++k) {
         World world(weightless());
         add_surface(world, wall_of(which), {}, kFacing);
-        const double start = -5.003 - k * speed * kTick_s / 12;
+        const double start = -5.003 - k * speed * kSurfaceTick_s / 12;
         const BodyId bullet = add(world, ball(0.05, {start, 0.3, 0.2}, {speed, 0, 0}));
         for (int tick = 0; tick < 20; ++tick) {
           world.step();
@@ -71,7 +71,7 @@ TEST_CASE("a thin rod that spins beside a wall of triangles does not pass it") {
           if (std::abs(std::cos(angle)) > distance - 0.02) continue;
           World world(weightless());
           add_surface(world, wall_of(which), {distance, 0, 0}, kFacing);
-          const BodyId body = add(world, rod(angle, w));
+          const BodyId body = add(world, turning_rod(angle, w));
           double farthest = -1e9;
           std::int64_t searches = 0;
           for (int tick = 0; tick < 60; ++tick) {
@@ -108,7 +108,7 @@ TEST_CASE("a fast body slides over triangles as over a floor") {
     }
     return states;
   };
-  BodySpec spinning = rod(0.3, 60);
+  BodySpec spinning = turning_rod(0.3, 60);
   spinning.p_WBo = {0, -3, 0.005};
   for (BodySpec spec : {ball(0.05, {-10, 0.1, 0.05}, {20, 0.3, 0}),
                         brick({0.05, 0.04, 0.03}, {-10, 2, 0.03}, {20, 0.3, 0}), spinning}) {
@@ -141,7 +141,7 @@ TEST_CASE("a fast body whose own surface is a mesh stops before a thin wall") {
       const GeometryPointer geometry = mesh_of(box_surface({0.05, 0.05, 0.05})).geometry;
       cube.shape = Shape::stored(ShapeKind::mesh, world.add_geometry(geometry));
       cube.mass_kg = 1;
-      cube.p_WBo = {-3.003 - k * speed * kTick_s / 12, 0.3, 0.2};
+      cube.p_WBo = {-3.003 - k * speed * kSurfaceTick_s / 12, 0.3, 0.2};
       cube.v_WBcm = {speed, 0, 0};
       cube.w_WB = {0, 0, 0.5 * k};
       cube.material.friction = 0;  // else it is thrown aside, past the wall
@@ -163,7 +163,7 @@ TEST_CASE("a plate of triangles that is driven past a small ball strikes it") {
     const GeometryPointer geometry = mesh_of(terrain(4, 0.5, 0.3, flat)).geometry;
     plate.kind = BodyKind::kinematic;
     plate.shape = Shape::stored(ShapeKind::mesh, world.add_geometry(geometry));
-    plate.p_WBo = {2 + 50 * kTick_s * k / 12, 0, 0};
+    plate.p_WBo = {2 + 50 * kSurfaceTick_s * k / 12, 0, 0};
     plate.q_WB = kFacing;
     plate.v_WBcm = {-50, 0, 0};
     add(world, plate);

@@ -34,7 +34,7 @@ std::pair<int, BodyState> stop(World& world, BodyId body, double enough) {
 }
 
 /// Kinetic, and that of height.
-double energy(const World& world, BodyId body, const Vec3& J) {
+double energy_of_body(const World& world, BodyId body, const Vec3& J) {
   const BodyState s = state(world, body);
   const Vector w = to_eigen(s.q_WB).conjugate() * to_eigen(s.w_WB);
   return 0.5 * norm(s.v_WBcm) * norm(s.v_WBcm) + kGravity * s.p_WBo.z +
@@ -78,7 +78,7 @@ TEST_CASE("P40: a ball with rolling friction comes to rest, and so does one that
 TEST_CASE("a ball, a cylinder and a disc roll to rest as their torque says") {
   for (const double mu : {0.2, 0.02}) {
     CAPTURE(mu);
-    World of_ball(settings()), of_cylinder(settings()), of_disc(flat({0, -kGravity, 0}));
+    World of_ball(settings()), of_cylinder(settings()), of_disc(planar_settings({0, -kGravity, 0}));
     add(of_ball, ground());
     check_rolls_to_rest(of_ball, soft_ball(mu, 0, {1, 0, 0}, {0, 2, 0}),
                         mu * kGravity / (1.4 * kRadius));
@@ -273,11 +273,11 @@ TEST_CASE("rolling and torsional friction never add energy") {
     }
     if (k % 3 == 2) spec.material.restitution = uniform(random, 0, 1), spec.p_WBo.z += 0.5;
     const BodyId body = add(world, spec);
-    const double start = energy(world, body, J);
+    const double start = energy_of_body(world, body, J);
     double last = start;
     for (int tick = 0; tick < 300; ++tick) {
       world.step();
-      const double now = energy(world, body, J);
+      const double now = energy_of_body(world, body, J);
       REQUIRE(now <= start * (1 + 1e-6));
       last = now;
     }
@@ -304,7 +304,7 @@ TEST_CASE("a heap with rolling and torsional friction never has more energy than
   }
   const auto total = [&] {
     double sum = 0;
-    for (const auto& [body, J] : bodies) sum += energy(world, body, J);
+    for (const auto& [body, J] : bodies) sum += energy_of_body(world, body, J);
     return sum;
   };
   const double start = total();

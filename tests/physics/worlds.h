@@ -55,6 +55,12 @@ inline BodyState state(const World& world, BodyId body) {
   return s;
 }
 
+/// Kinetic and potential, J.
+inline double energy(const World& world) {
+  const Totals totals = world.totals();
+  return totals.kinetic_energy_J + totals.potential_energy_J;
+}
+
 inline void steps(World& world, int count) {
   for (int i = 0; i < count; ++i) world.step();
 }

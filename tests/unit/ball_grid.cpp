@@ -13,28 +13,28 @@ namespace {
 
 constexpr double kTick = 1.0 / 60;
 
-using Random = std::mt19937_64;
+using BallRandom = std::mt19937_64;
 
-double uniform(Random& random, double low, double high) {
+double uniform_in(BallRandom& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
-Vector uniform_vector(Random& random, const Vector& low, const Vector& high) {
-  return {uniform(random, low.x(), high.x()), uniform(random, low.y(), high.y()),
-          uniform(random, low.z(), high.z())};
+Vector uniform_vector(BallRandom& random, const Vector& low, const Vector& high) {
+  return {uniform_in(random, low.x(), high.x()), uniform_in(random, low.y(), high.y()),
+          uniform_in(random, low.z(), high.z())};
 }
 
 /// Balls anywhere in a box of any shape, some in a row that touches, one far out.
-std::vector<Ball> crowd(Random& random) {
-  const double place = std::pow(10, uniform(random, 0, 6)), speed = uniform(random, 0, 30);
+std::vector<Ball> crowd(BallRandom& random) {
+  const double place = std::pow(10, uniform_in(random, 0, 6)), speed = uniform_in(random, 0, 30);
   const Vector origin = uniform_vector(random, Vector::Constant(-place), Vector::Constant(place));
   const Vector drift = uniform_vector(random, Vector::Constant(-50), Vector::Constant(50));
   const Vector half = uniform_vector(random, {2, 1, 0}, {9, 9, 9});
-  const bool is_flat = uniform(random, 0, 1) < 0.2;
-  const auto count = static_cast<std::size_t>(uniform(random, 1, 300));
+  const bool is_flat = uniform_in(random, 0, 1) < 0.2;
+  const auto count = static_cast<std::size_t>(uniform_in(random, 1, 300));
   std::vector<Ball> balls(count);
   for (std::size_t i = 0; i < count; ++i) {
     Ball& ball = balls[i];
-    ball.radius = uniform(random, 0.2, 0.6);
+    ball.radius = uniform_in(random, 0.2, 0.6);
     ball.x = origin + uniform_vector(random, -half, half);
     ball.v = drift + uniform_vector(random, Vector::Constant(-speed), Vector::Constant(speed));
     if (is_flat) ball.x.z() = ball.v.z() = 0;
@@ -42,7 +42,7 @@ std::vector<Ball> crowd(Random& random) {
     ball.v = balls[i - 1].v;
     ball.x = balls[i - 1].x + Vector::UnitY() * (ball.radius + balls[i - 1].radius);
   }
-  if (uniform(random, 0, 1) < 0.3) balls.back().x.x() += 1e3;
+  if (uniform_in(random, 0, 1) < 0.3) balls.back().x.x() += 1e3;
   return balls;
 }
 
@@ -52,12 +52,12 @@ Vector mean_velocity(const std::vector<Ball>& balls) {
   return sum / static_cast<double>(balls.size());
 }
 
-bool touch(const Ball& a, const Ball& b, double now) {
+bool balls_touch(const Ball& a, const Ball& b, double now) {
   const double R = a.radius + b.radius + kStruckTogether * std::min(a.radius, b.radius);
   return (b.x - a.x + now * (b.v - a.v)).norm() <= R;
 }
-bool meet(const Ball& a, const Ball& b, double now) {
-  return impact_time(a, b, now, kTick) != kNever || touch(a, b, now);
+bool balls_meet(const Ball& a, const Ball& b, double now) {
+  return impact_time(a, b, now, kTick) != kNever || balls_touch(a, b, now);
 }
 
 /// m, that they keep between them at least, by the bound that the grid goes by.
@@ -70,7 +70,7 @@ double gap(const Ball& a, const Ball& b) {
 }  // namespace
 
 TEST_CASE("a grid of balls finds all that meet, and few more") {
-  Random random(1);
+  BallRandom random(1);
   SerialExecutor here;
   int suited = 0, found_in_all = 0;
   for (int k = 0; k < 400; ++k) {
@@ -93,7 +93,7 @@ TEST_CASE("a grid of balls finds all that meet, and few more") {
       for (std::size_t j = i + 1; j < balls.size(); ++j) {
         const BodyPair pair{static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)};
         const bool is_found = std::binary_search(pairs.begin(), pairs.end(), pair);
-        if (meet(balls[i], balls[j], 0)) REQUIRE(is_found);
+        if (balls_meet(balls[i], balls[j], 0)) REQUIRE(is_found);
         if (is_found) REQUIRE(gap(balls[i], balls[j]) < 0.05);
       }
     }
@@ -103,7 +103,7 @@ TEST_CASE("a grid of balls finds all that meet, and few more") {
 }
 
 TEST_CASE("balls that only just meet are found, however far from the middle") {
-  Random random(4);
+  BallRandom random(4);
   SerialExecutor here;
   for (const double speed : {1e-6, 1e-2, 10.0}) {
     for (const Vector& half : {Vector(5, 5, 5), Vector(1e3, 1, 1), Vector(1e5, 0, 0)}) {
@@ -111,7 +111,7 @@ TEST_CASE("balls that only just meet are found, however far from the middle") {
         std::vector<Ball> balls(200);
         for (std::size_t i = 0; i < 200; i += 2) {
           Ball &a = balls[i], &b = balls[i + 1];
-          const double radius = uniform(random, 0.4, 0.5);
+          const double radius = uniform_in(random, 0.4, 0.5);
           const Vector n = uniform_vector(random, {-1, -1, -1}, {1, 1, 1}).normalized();
           a.radius = b.radius = radius;
           a.x = uniform_vector(random, -half, half);
@@ -133,7 +133,7 @@ TEST_CASE("balls that only just meet are found, however far from the middle") {
 }
 
 TEST_CASE("a ball that was struck finds whom it may meet now") {
-  Random random(2);
+  BallRandom random(2);
   SerialExecutor here;
   int met = 0;
   for (int k = 0; k < 200; ++k) {
@@ -143,10 +143,10 @@ TEST_CASE("a ball that was struck finds whom it may meet now") {
     if (!grid.build(here, balls, kTick, mean_velocity(balls), Vector::Zero())) continue;
     double now = 0;
     for (int strike = 0; strike < 20; ++strike) {
-      now += uniform(random, 0, (kTick - now) / 5);
+      now += uniform_in(random, 0, (kTick - now) / 5);
       const auto i =
-          static_cast<std::size_t>(uniform(random, 0, static_cast<double>(balls.size())));
-      const double speed = std::pow(10, uniform(random, 0, 2.5));
+          static_cast<std::size_t>(uniform_in(random, 0, static_cast<double>(balls.size())));
+      const double speed = std::pow(10, uniform_in(random, 0, 2.5));
       const Vector v = balls[i].v, change = uniform_vector(random, Vector::Constant(-speed),
                                                            Vector::Constant(speed));
       balls[i].v = v + change;
@@ -156,7 +156,7 @@ TEST_CASE("a ball that was struck finds whom it may meet now") {
       grid.for_each_near(static_cast<std::int32_t>(i), now,
                          [&](std::int32_t other) { near.push_back(other); });
       for (std::size_t j = 0; j < balls.size(); ++j) {
-        if (j == i || !meet(balls[i], balls[j], now)) continue;
+        if (j == i || !balls_meet(balls[i], balls[j], now)) continue;
         ++met;
         REQUIRE(std::ranges::count(near, static_cast<std::int32_t>(j)) == 1);
       }
@@ -166,15 +166,15 @@ TEST_CASE("a ball that was struck finds whom it may meet now") {
 }
 
 TEST_CASE("a grid of balls has in a box whoever is in it") {
-  Random random(3);
+  BallRandom random(3);
   SerialExecutor here;
   for (int k = 0; k < 100; ++k) {
     const std::vector<Ball> balls = crowd(random);
     BallGrid grid;
     if (!grid.build(here, balls, kTick, mean_velocity(balls), Vector::Zero())) continue;
     const Vector middle = balls[balls.size() / 2].x;
-    const Aabb box{middle - Vector::Constant(uniform(random, 0, 4)),
-                   middle + Vector::Constant(uniform(random, 0, 4))};
+    const Aabb box{middle - Vector::Constant(uniform_in(random, 0, 4)),
+                   middle + Vector::Constant(uniform_in(random, 0, 4))};
     std::vector<int> times(balls.size(), 0);
     grid.for_each_in(box, [&](std::int32_t i) { ++times[static_cast<std::size_t>(i)]; });
     for (std::size_t i = 0; i < balls.size(); ++i) {

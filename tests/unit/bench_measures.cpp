@@ -12,7 +12,7 @@ using namespace cradle::bench;
 
 namespace {
 
-constexpr double kRounding = 1e-9;  // far below the errors looked for
+constexpr double kFarBelow = 1e-9;  // far below the errors looked for
 constexpr double kG_mps2 = 9.81;
 constexpr double kDt_s = 1.0 / 60;
 constexpr double kBodyTicks = 250'000;  // the larger scenes are watched for less time
@@ -113,13 +113,13 @@ TEST_CASE("a parabola has no error, that of semi-implicit Euler half a tick of f
       states[0].p_WBo = {10 * t, 0, 50 * t - kG_mps2 * t * (t + behind) / 2};
     };
   };
-  CHECK(error_of("A1", parabola(0)) < kRounding);
+  CHECK(error_of("A1", parabola(0)) < kFarBelow);
   // x_n = v0 t - g t (t + dt) / 2: 0.8175 m after 10 s; engines of that kind have 0.818 (peers.md).
   CHECK(error_of("A1", parabola(kDt_s)) == Approx(0.8175));
 }
 
 TEST_CASE("a tumbling body that turns too fast or too far is caught") {
-  CHECK(error_of("A2", at_rest) < kRounding);
+  CHECK(error_of("A2", at_rest) < kFarBelow);
   // Energy goes with the square of the speed, and counts more than the momentum here.
   CHECK(error_of("A2", faster(1.01)) == Approx(1.01 * 1.01 - 1));
   // Body and rates turned together by 0.1 rad about x: the momentum, nearly along y, turns too and
@@ -133,16 +133,16 @@ TEST_CASE("a tumbling body that turns too fast or too far is caught") {
 }
 
 TEST_CASE("rotational energy is counted alone") {
-  CHECK(error_of("T4", at_rest) < kRounding);
+  CHECK(error_of("T4", at_rest) < kFarBelow);
   CHECK(error_of("T4", faster(1.01)) == Approx(1.01 * 1.01 - 1));
   const Trajectory moved = [](double, std::vector<BodyState>& states) {
     for (BodyState& s : states) s.v_WBcm.x += 1;
   };
-  CHECK(error_of("T4", moved) < kRounding);
+  CHECK(error_of("T4", moved) < kFarBelow);
 }
 
 TEST_CASE("apexes that are right have no error by energy, and by poses that of the sampling") {
-  CHECK(error_of("A3e", bouncing_sphere(0.8)) < kRounding);
+  CHECK(error_of("A3e", bouncing_sphere(0.8)) < kFarBelow);
   // Half a tick from the fifth apex it is g (dt/2)^2 / 2 lower.
   const double sampling = kG_mps2 * kDt_s * kDt_s / 8 / (10 * std::pow(0.64, 5));
   const double by_poses = error_of("A3", bouncing_sphere(0.8));
@@ -163,7 +163,7 @@ TEST_CASE("a sphere that does not bounce misses its apexes wholly") {
 
 TEST_CASE("kinetic energy that is lost counts like energy that is gained") {
   for (const char* name : {"T1", "A11"}) {
-    CHECK(error_of(name, at_rest) < kRounding);
+    CHECK(error_of(name, at_rest) < kFarBelow);
     CHECK(error_of(name, faster(1.1)) == Approx(1.1 * 1.1 - 1));
     CHECK(error_of(name, faster(0.9)) == Approx(1 - 0.9 * 0.9));
   }
@@ -175,7 +175,7 @@ TEST_CASE(
   CHECK(error_of("A4", [a](double t, std::vector<BodyState>& states) {
           t = std::min(t, 10 / a);
           states[1].p_WBo.x = 10 * t - a * t * t / 2;
-        }) < kRounding);
+        }) < kFarBelow);
   double v = 10;
   double x = 0;
   const Trajectory euler = [&](double, std::vector<BodyState>& states) {
@@ -196,10 +196,10 @@ TEST_CASE("a box that leaves its straight line has not stopped where it should")
 }
 
 TEST_CASE("a sphere rolls at five sevenths after the time that its friction gives") {
-  CHECK(error_of("A5", rolling_sphere(0.3)) < kRounding);
-  CHECK(error_of("A5t", rolling_sphere(0.3)) < kRounding);
+  CHECK(error_of("A5", rolling_sphere(0.3)) < kFarBelow);
+  CHECK(error_of("A5t", rolling_sphere(0.3)) < kFarBelow);
   // The final speed does not depend on the friction, the time goes with its inverse.
-  CHECK(error_of("A5", rolling_sphere(0.33)) < kRounding);
+  CHECK(error_of("A5", rolling_sphere(0.33)) < kFarBelow);
   CHECK(error_of("A5t", rolling_sphere(0.33)) == Approx(1 - 1 / 1.1));
   CHECK(error_of("A5", final_speeds({0, 7})) == Approx(0.02));  // 7 instead of 50/7
 }
@@ -215,7 +215,7 @@ TEST_CASE("a cube slides down a slope as sine and friction say") {
   const auto slides = [](double acceleration) {
     return down_the_slope([=](double t) { return acceleration * t * t / 2; });
   };
-  CHECK(error_of("A6b", slides(a)) < kRounding);
+  CHECK(error_of("A6b", slides(a)) < kFarBelow);
   CHECK(error_of("A6b", slides(1.03 * a)) == Approx(0.03));
   CHECK(error_of("A6b", at_rest) == Approx(1));
 }
@@ -255,7 +255,7 @@ TEST_CASE("a sphere must be stopped on its own side of a wall") {
   const auto ends = [](double x, double v) -> Trajectory {
     return [=](double t, std::vector<BodyState>& states) { states[1].p_WBo.x = x + v * t; };
   };
-  CHECK(error_of("A10", ends(-0.06, 0)) < kRounding);
+  CHECK(error_of("A10", ends(-0.06, 0)) < kFarBelow);
   CHECK(error_of("A10", ends(-0.07, 0)) == 0);
   CHECK(error_of("A10", ends(-0.05, 0)) == Approx(0.01));
   CHECK(error_of("A10", ends(-5, 1000)) > 100);
@@ -279,8 +279,8 @@ TEST_CASE("a box pulled from under spheres is as wrong as its and their velociti
   };
   const double f = 12.66 / 10 / (3.5 + 2.5), a = (12.66 - 25 * f) / 10;
   CHECK(a == Approx(0.7385));
-  CHECK(error_of("S1", accelerating(a, f, 0, 1)) < kRounding);
-  CHECK(error_of("S1t", accelerating(a, f, 0.5, std::sqrt(0.75))) < kRounding);
+  CHECK(error_of("S1", accelerating(a, f, 0, 1)) < kFarBelow);
+  CHECK(error_of("S1t", accelerating(a, f, 0.5, std::sqrt(0.75))) < kFarBelow);
   CHECK(error_of("S1t", accelerating(a, f, 0, 1)) > 0.1);
   CHECK(error_of("S1", at_rest) == Approx(3.146).epsilon(0.01));  // SimBenchmark's of no motion
 }

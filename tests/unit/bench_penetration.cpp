@@ -6,21 +6,17 @@
 #include <random>
 
 #include "tests/bench/penetration.h"
+#include "tests/unit/collision_support.h"
 
 using namespace cradle;
 using namespace cradle::bench;
 
 namespace {
 
-constexpr double kRounding = 1e-13;  // m, of coordinates of the order of one
+constexpr double kPlacesRounding = 1e-13;  // m, of coordinates of the order of one
 
-const Shape kCube = Shape::box({0.5, 0.5, 0.5});
 const Shape kFloor = Shape::box({100, 100, 10});  // its top at z = 0 if its centre is at -10
 const Shape kBall = Shape::sphere(0.5);
-
-Pose at(double x, double y, double z, const Matrix& R = Matrix::Identity()) {
-  return {{x, y, z}, R};
-}
 
 Matrix turned(double angle_rad, const Vector& axis) {
   return Eigen::AngleAxisd(angle_rad, axis.normalized()).toRotationMatrix();
@@ -62,17 +58,19 @@ std::vector<BodyState> start_of(const Scene& scene) {
 }  // namespace
 
 TEST_CASE("two level cubes overlap by what their sides lack") {
-  CHECK(overlap_m(kCube, at(0, 0, 0), kCube, at(0.9, 0.3, 0.2)) == Approx(0.1).margin(kRounding));
-  CHECK(overlap_m(kCube, at(0, 0, 0), kCube, at(1.2, 0, 0)) == Approx(-0.2).margin(kRounding));
+  CHECK(overlap_m(kCube, at(0, 0, 0), kCube, at(0.9, 0.3, 0.2)) ==
+        Approx(0.1).margin(kPlacesRounding));
+  CHECK(overlap_m(kCube, at(0, 0, 0), kCube, at(1.2, 0, 0)) ==
+        Approx(-0.2).margin(kPlacesRounding));
 }
 
 TEST_CASE("a corner in a face overlaps by half the diagonal less the height") {
   // The corner of a unit cube is sqrt(3)/2 from its centre.
   const double depth = std::sqrt(3.0) / 2 - 0.8;
   const Pose cube = at(3, 4, 0.8, on_its_corner());
-  CHECK(overlap_m(kCube, cube, kFloor, at(0, 0, -10)) == Approx(depth).margin(kRounding));
+  CHECK(overlap_m(kCube, cube, kFloor, at(0, 0, -10)) == Approx(depth).margin(kPlacesRounding));
   CHECK(overlap_m(kCube, cube, Shape::half_space(), at(0, 0, 0)) ==
-        Approx(depth).margin(kRounding));
+        Approx(depth).margin(kPlacesRounding));
 }
 
 TEST_CASE("crossed edges overlap by twice half the face's diagonal less the distance") {
@@ -80,27 +78,29 @@ TEST_CASE("crossed edges overlap by twice half the face's diagonal less the dist
   const double quarter = std::numbers::pi / 4;
   const double overlap = overlap_m(kCube, at(0, 0, 0, turned(quarter, Vector::UnitX())), kCube,
                                    at(0, 0, 1.4, turned(quarter, Vector::UnitY())));
-  CHECK(overlap == Approx(std::sqrt(2.0) - 1.4).margin(kRounding));
+  CHECK(overlap == Approx(std::sqrt(2.0) - 1.4).margin(kPlacesRounding));
 }
 
 TEST_CASE("spheres overlap by their radii less their distance") {
   CHECK(overlap_m(kBall, at(0, 0, 0), Shape::sphere(0.25), at(0.3, 0, 0.4)) ==
-        Approx(0.25).margin(kRounding));
+        Approx(0.25).margin(kPlacesRounding));
 }
 
 TEST_CASE("a sphere overlaps a box's corner, its face, and its inside") {
   // Beyond the corner by 0.2 along each axis; above a face by 0.4; below a face by 0.1.
   CHECK(overlap_m(kBall, at(0.7, 0.7, 0.7), kCube, at(0, 0, 0)) ==
-        Approx(0.5 - 0.2 * std::sqrt(3.0)).margin(kRounding));
-  CHECK(overlap_m(kBall, at(0.1, 0.2, 0.9), kCube, at(0, 0, 0)) == Approx(0.1).margin(kRounding));
-  CHECK(overlap_m(kBall, at(0.1, 0.2, 0.4), kCube, at(0, 0, 0)) == Approx(0.6).margin(kRounding));
+        Approx(0.5 - 0.2 * std::sqrt(3.0)).margin(kPlacesRounding));
+  CHECK(overlap_m(kBall, at(0.1, 0.2, 0.9), kCube, at(0, 0, 0)) ==
+        Approx(0.1).margin(kPlacesRounding));
+  CHECK(overlap_m(kBall, at(0.1, 0.2, 0.4), kCube, at(0, 0, 0)) ==
+        Approx(0.6).margin(kPlacesRounding));
 }
 
 TEST_CASE("an overlap does not depend on which shape comes first") {
   const Pose corner = at(0.2, 0.1, 0.7, on_its_corner());
   for (const Shape& other : {kBall, kFloor, Shape::half_space()}) {
     CHECK(overlap_m(kCube, corner, other, at(0, 0, 0)) ==
-          Approx(overlap_m(other, at(0, 0, 0), kCube, corner)).margin(kRounding));
+          Approx(overlap_m(other, at(0, 0, 0), kCube, corner)).margin(kPlacesRounding));
   }
 }
 
@@ -131,8 +131,8 @@ TEST_CASE("the grid finds the pairs that a look at all pairs finds") {
 
   const Penetration found = PenetrationCheck(scene).look(states);
   CHECK(found.pairs == expected.pairs);
-  CHECK(found.max_m == Approx(expected.max_m).margin(kRounding));
-  CHECK(found.mean_m == Approx(expected.mean_m).margin(kRounding));
+  CHECK(found.max_m == Approx(expected.max_m).margin(kPlacesRounding));
+  CHECK(found.mean_m == Approx(expected.mean_m).margin(kPlacesRounding));
 }
 
 TEST_CASE("a floor far larger than the bodies is held against each of them") {
@@ -150,7 +150,7 @@ TEST_CASE("a floor far larger than the bodies is held against each of them") {
   scene.bodies.push_back(floor);
   const Penetration found = PenetrationCheck(scene).look(start_of(scene));
   CHECK(found.pairs == 3);
-  CHECK(found.mean_m == Approx(0.01).margin(kRounding));
+  CHECK(found.mean_m == Approx(0.01).margin(kPlacesRounding));
 }
 
 TEST_CASE("every convex shape overlaps the floor by what it is sunk into it") {
@@ -158,7 +158,7 @@ TEST_CASE("every convex shape overlaps the floor by what it is sunk into it") {
   const Solid space = Shape::half_space(), floor = kFloor;
   const auto check = [&](const Solid& solid, double height, const Matrix& R) {
     CHECK(overlap_m(solid, at(0.1, 0.2, height - 0.01, R), space, {}) ==
-          Approx(0.01).margin(kRounding));
+          Approx(0.01).margin(kPlacesRounding));
     CHECK(overlap_m(solid, at(0.1, 0.2, height - 0.01, R), floor, at(0, 0, -10)) ==
           Approx(0.01).margin(1e-10));
     CHECK(overlap_m(floor, at(0, 0, -10), solid, at(0.1, 0.2, height + 0.01, R)) < 0);
@@ -199,8 +199,9 @@ shape = "half_space"
                             "test");
   const Penetration found = PenetrationCheck(scene).look(start_of(scene));
   CHECK(found.pairs == 2);
-  CHECK(found.max_m == Approx(0.1).margin(kRounding));    // the ball in the half-space
-  CHECK(found.mean_m == Approx(0.06).margin(kRounding));  // the hull's tip in the box's top: 0.02
+  CHECK(found.max_m == Approx(0.1).margin(kPlacesRounding));  // the ball in the half-space
+  CHECK(found.mean_m ==
+        Approx(0.06).margin(kPlacesRounding));  // the hull's tip in the box's top: 0.02
 }
 
 TEST_CASE("a pose that is not a number is a penetration that is not a number") {

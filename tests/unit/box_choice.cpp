@@ -8,36 +8,28 @@
 
 #include "server/collision/box_batch.h"
 #include "server/collision/machine_lanes.h"
+#include "tests/unit/collision_pairs.h"
+#include "tests/unit/collision_support.h"
 
 using namespace cradle;
 
 namespace {
-
-const Shape kCube = Shape::box({0.5, 0.5, 0.5});
 
 struct Last final : MadeManifolds {
   void take(std::size_t, const Manifold& made) override { manifold = made; }
   Manifold manifold;
 };
 
-Manifold meet(const Pose& X_WB, std::uint64_t choice, int lanes) {
-  static const Pose kFloor;
+Manifold meet_floor(const Pose& X_WB, std::uint64_t choice, int lanes) {
+  static const Pose kFloorPose;
   Last last;
   BoxBatch batch(last, lanes);
-  batch.add(0, {kCube, kFloor}, {kCube, X_WB}, 0.005, 0, choice);
+  batch.add(0, {kCube, kFloorPose}, {kCube, X_WB}, 0.005, 0, choice);
   batch.finish();
   return last.manifold;
 }
 
-std::set<std::uint32_t> features(const Manifold& manifold) {
-  std::set<std::uint32_t> all;
-  for (int k = 0; k < manifold.count; ++k) {
-    all.insert(manifold.points[static_cast<std::size_t>(k)].feature);
-  }
-  return all;
-}
-
-double deepest(const Manifold& manifold) {
+double lowest_separation(const Manifold& manifold) {
   double least = 1;
   for (int k = 0; k < manifold.count; ++k) {
     least = std::min(least, manifold.points[static_cast<std::size_t>(k)].separation);
@@ -64,9 +56,10 @@ TEST_CASE("what sways on eight points keeps the four that it had, and its depth"
     Manifold last, last_without;
     for (int k = 0; k < 300; ++k) {
       const Pose X_WB = swaying(random, 2e-4);
-      const Manifold now = meet(X_WB, last.choice, lanes), without = meet(X_WB, 0, lanes);
+      const Manifold now = meet_floor(X_WB, last.choice, lanes),
+                     without = meet_floor(X_WB, 0, lanes);
       REQUIRE(now.count == 4);
-      CHECK(std::abs(deepest(now) - deepest(without)) < 1e-12);
+      CHECK(std::abs(lowest_separation(now) - lowest_separation(without)) < 1e-12);
       changes += k > 0 && features(now) != features(last) ? 1 : 0;
       changes_without += k > 0 && features(without) != features(last_without) ? 1 : 0;
       last = now;
@@ -81,22 +74,22 @@ TEST_CASE(
     "another four are chosen where one of the others is deeper by far, or the faces are others") {
   const Pose level{{0.01, 0.02, 0.9998},
                    Eigen::AngleAxisd(0.7, Vector::UnitZ()).toRotationMatrix()};
-  const Manifold first = meet(level, 0, 0);
+  const Manifold first = meet_floor(level, 0, 0);
   int changes = 0;
   for (int k = 0; k < 16; ++k) {  // by 8 mm over a face of 1 m
     const double way = 0.4 * k;
     const Vector axis(std::cos(way), std::sin(way), 0);
     const Rotation q = Eigen::AngleAxisd(8e-3, axis) * Eigen::AngleAxisd(0.7, Vector::UnitZ());
-    const Manifold now = meet({level.x, q.toRotationMatrix()}, first.choice, 0);
-    const Manifold without = meet({level.x, q.toRotationMatrix()}, 0, 0);
-    CHECK(std::abs(deepest(now) - deepest(without)) < 1e-12);
+    const Manifold now = meet_floor({level.x, q.toRotationMatrix()}, first.choice, 0);
+    const Manifold without = meet_floor({level.x, q.toRotationMatrix()}, 0, 0);
+    CHECK(std::abs(lowest_separation(now) - lowest_separation(without)) < 1e-12);
     changes += features(now) != features(first) ? 1 : 0;
   }
   CHECK(changes >= 8);
   // The lower side of a cube that has been turned over is another face.
   const Pose over{
       level.x, level.R * Eigen::AngleAxisd(std::numbers::pi, Vector::UnitX()).toRotationMatrix()};
-  CHECK(features(meet(over, first.choice, 0)) == features(meet(over, 0, 0)));
+  CHECK(features(meet_floor(over, first.choice, 0)) == features(meet_floor(over, 0, 0)));
 }
 
 TEST_CASE("boxes that met by edges stay with them while these overlap by less than the slack") {
@@ -127,7 +120,7 @@ TEST_CASE("boxes that met by edges stay with them while these overlap by less th
     CHECK(met.points[0].separation == Approx(-0.15e-3).margin(1e-6));
     CHECK(met.points[0].feature == apart.points[0].feature);
     CHECK(met.choice == apart.choice);
-    CHECK(deepest(at(0, 0, lanes)) == Approx(-1.44e-3).margin(1e-5));
+    CHECK(lowest_separation(at(0, 0, lanes)) == Approx(-1.44e-3).margin(1e-5));
     CHECK(at(-1.5e-3, apart.choice, lanes).points[0].feature ==
           at(-1.5e-3, 0, lanes).points[0].feature);
   }
@@ -147,9 +140,9 @@ TEST_CASE("a point's separation does not jump where another becomes the deepest"
                          Eigen::AngleAxisd(kTilt, Vector::UnitY()) *
                          Eigen::AngleAxisd(std::numbers::pi / 4, Vector::UnitZ());
       const Pose X{{centre, 0, 1 - 2e-4 + kTilt * (0.5 - centre)}, q.toRotationMatrix()};
-      const Manifold now = meet(X, last.choice, lanes);
+      const Manifold now = meet_floor(X, last.choice, lanes);
       REQUIRE(now.count >= 2);
-      deepest_of_all = std::min(deepest_of_all, deepest(now));
+      deepest_of_all = std::min(deepest_of_all, lowest_separation(now));
       for (int i = 0; i < now.count; ++i) {
         for (int j = 0; j < last.count; ++j) {
           const ContactPoint &p = now.points[static_cast<std::size_t>(i)],

@@ -11,8 +11,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;  // m
-
 /// One of the 24 that take axes to axes.
 Matrix axes_to_axes(Random& random) {
   Matrix R = Matrix::Zero();

@@ -8,8 +8,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;  // m
-constexpr double kExact = 1e-9;   // m
 const int kPairs = trials(1000);  // of each pair of kinds
 
 Manifold collide_with(const Pair& pair, PairHints hints) {

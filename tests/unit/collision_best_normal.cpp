@@ -9,8 +9,7 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;  // m
-constexpr double kNear = 1e-4;   // rad
+constexpr double kNearAngle = 1e-4;  // rad
 
 /// A pair that overlaps by up to 1 % of its thickness three times of four, else as it happens to.
 Pair contact(Random& random, ShapeKind kind_A, ShapeKind kind_B, int trial) {
@@ -90,7 +89,7 @@ TEST_CASE("normals are within 1e-4 of the best, or overlap as little") {
       ++contacts;
       const Parting best = bench::parting(pair);
       const double excess = overlap(pair, manifold.normal_W) - best.overlap;
-      if ((manifold.normal_W - best.n).norm() < kNear || excess < kExact) continue;
+      if ((manifold.normal_W - best.n).norm() < kNearAngle || excess < kExact) continue;
       ++other;
     }
     CAPTURE(other, contacts);
@@ -129,7 +128,7 @@ TEST_CASE("boxes, capsules and cylinders find the best normal of all, in closed 
         REQUIRE(excess < kExact);
         // The search ends at 1e-9 m, where its normal may be off by more than ours.
         const bool is_as_good = along_normal <= overlap(pair, best.n);
-        REQUIRE((is_as_good || (manifold.normal_W - best.n).norm() < kNear));
+        REQUIRE((is_as_good || (manifold.normal_W - best.n).norm() < kNearAngle));
       } else {
         ++overlapping;
         // Of rims that are deep in each other one minimum may be missed.

@@ -8,7 +8,7 @@ using namespace cradle;
 
 namespace {
 
-const double kNan = std::numeric_limits<double>::quiet_NaN();
+const double kNoBound = std::numeric_limits<double>::quiet_NaN();
 
 Pose turned_about_z(double angle, const Vector& x) {
   return {x, Eigen::AngleAxisd(angle, Vector::UnitZ()).toRotationMatrix()};
@@ -77,6 +77,6 @@ TEST_CASE("the bounding radius reaches the farthest point of the shape") {
 TEST_CASE("a box with a NaN is empty") {
   Aabb box{{0, 0, 0}, {1, 1, 1}};
   CHECK_FALSE(box.is_empty());
-  box.upper.y() = kNan;
+  box.upper.y() = kNoBound;
   CHECK(box.is_empty());
 }

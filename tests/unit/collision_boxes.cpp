@@ -11,39 +11,16 @@
 #include "server/collision/machine_lanes.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
+#include "tests/unit/collision_pairs.h"
+#include "tests/unit/collision_support.h"
 #include "tests/unit/made_in_order.h"
 
 using namespace cradle;
 
 namespace {
 
-constexpr double kFar = 1000;  // m
+constexpr double kFarAway = 1000;  // m
 const double kDegree = std::atan(1.0) / 45;
-const Shape kCube = Shape::box({0.5, 0.5, 0.5});
-
-Matrix turn(double angle, const Vector& axis) {
-  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-}
-
-Pose at(double x, double y, double z, const Matrix& R = Matrix::Identity()) {
-  return {Vector(x, y, z), R};
-}
-
-std::span<const ContactPoint> points(const Manifold& manifold) {
-  return std::span(manifold.points).first(static_cast<std::size_t>(manifold.count));
-}
-
-std::set<std::uint32_t> features(const Manifold& manifold) {
-  std::set<std::uint32_t> set;
-  for (const ContactPoint& point : points(manifold)) set.insert(point.feature);
-  return set;
-}
-
-double deepest(const Manifold& manifold) {
-  double depth = -std::numeric_limits<double>::infinity();
-  for (const ContactPoint& point : points(manifold)) depth = std::max(depth, -point.separation);
-  return depth;
-}
 
 /// There are these points and no others, in any order, each with this separation.
 void check_points(const Manifold& manifold, double separation,
@@ -57,7 +34,7 @@ void check_points(const Manifold& manifold, double separation,
   }
 }
 
-class Random {
+class BoxRandom {
  public:
   double uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
@@ -188,7 +165,7 @@ TEST_CASE("crossed edges meet in one point between them, up to the margin and no
 }
 
 TEST_CASE("flat contacts are corners of the two faces' intersection and span most of it") {
-  Random random;
+  BoxRandom random;
   for (int trial = 0; trial < 2000; ++trial) {
     CAPTURE(trial);
     const Vector a = Vector{random.uniform(0.2, 2), random.uniform(0.2, 2), 0.5};
@@ -225,7 +202,7 @@ TEST_CASE("flat contacts are corners of the two faces' intersection and span mos
 
 TEST_CASE("a flush stack keeps its features while it sways") {
   const double sway = 0.3 * kTolerances.clip_slack_m;
-  Random random;
+  BoxRandom random;
   for (const double half : {0.5, 0.5 + sway, 0.5 - sway}) {
     const Shape upper = Shape::box({half, half, 0.5});
     const Manifold still = collide(kCube, {}, upper, at(0, 0, 1), 0.02);
@@ -277,7 +254,7 @@ TEST_CASE("the reference face stays with A in a tie") {
 }
 
 TEST_CASE("an edge contact needs a clear lead over the faces") {
-  Random random;
+  BoxRandom random;
   int edges = 0, faces = 0, leads = 0;
   for (int trial = 0; trial < 20000; ++trial) {
     const Pose X_WA = {{0, 0, 0}, random.rotation()};
@@ -314,7 +291,7 @@ TEST_CASE("an edge contact needs a clear lead over the faces") {
 }
 
 TEST_CASE("nearly parallel edges give no axis") {
-  Random random;
+  BoxRandom random;
   int contacts = 0;
   for (int trial = 0; trial < 20000; ++trial) {
     const double angle = random.uniform(0, 0.5) * kDegree;
@@ -329,7 +306,7 @@ TEST_CASE("nearly parallel edges give no axis") {
 
 TEST_CASE("a matchbox behaves like a crate") {
   constexpr double kScale = 1.0 / 64;  // a power of two scales without rounding
-  Random random;
+  BoxRandom random;
   int contacts = 0;
   for (int trial = 0; trial < 10000; ++trial) {
     const Vector a = random.vector(0.2).cwiseAbs() + Vector::Constant(0.3);
@@ -351,7 +328,7 @@ TEST_CASE("a matchbox behaves like a crate") {
 }
 
 TEST_CASE("rounding does not choose among eight points") {
-  Random random;
+  BoxRandom random;
   const auto manifold_at = [&](double noise) {
     const Matrix R = turn(noise, random.vector(1)) *  //
                      turn(45 * kDegree, Vector::UnitZ());
@@ -365,7 +342,7 @@ TEST_CASE("rounding does not choose among eight points") {
 }
 
 TEST_CASE("the deepest point is kept when there are more than four") {
-  Random random;
+  BoxRandom random;
   int reduced = 0;
   for (int trial = 0; trial < 5000; ++trial) {
     const Matrix lean = turn(0.002, Vector{random.uniform(-1, 1), random.uniform(-1, 1), 0.0});
@@ -377,7 +354,7 @@ TEST_CASE("the deepest point is kept when there are more than four") {
     const bool is_on_A = manifold.points[0].feature >> 12 < 6;
     if (!is_on_A || manifold.normal_W.z() < 0.999 || overlap.size() <= 4) continue;
     ++reduced;
-    double lowest = kFar;
+    double lowest = kFarAway;
     for (const Vector& corner : overlap) lowest = std::min(lowest, corner.z() - 0.5);
     REQUIRE(std::abs(deepest(manifold) + lowest) < 0.002 * 2 * kTolerances.clip_slack_m);
   }
@@ -394,8 +371,8 @@ struct PosedBoxes {
 /// Boxes near each other: apart, at corners and edges, flush, deep; from 1 mm to 1 km; and poses
 /// that are no numbers among them.
 std::vector<PosedBoxes> boxes_near_each_other(std::size_t count) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  Random random;
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  BoxRandom random;
   std::vector<PosedBoxes> pairs;
   const auto half = [&random](bool is_any_size) {
     const auto size = [&] {
@@ -415,9 +392,9 @@ std::vector<PosedBoxes> boxes_near_each_other(std::size_t count) {
                                  : is_any_size ? Vector(random.vector(1).cwiseProduct(to_eigen(a)))
                                                : random.vector(1.2));
     const auto entry = static_cast<Eigen::Index>(k % 9);
-    if (k % 37 == 1) pair.X_WB.x[entry % 3] = kNan;
-    if (k % 37 == 2) pair.X_WA.R(entry / 3, entry % 3) = kNan;
-    if (k % 37 == 3) pair.X_WB.R(entry / 3, entry % 3) = kNan;
+    if (k % 37 == 1) pair.X_WB.x[entry % 3] = kNoNumber;
+    if (k % 37 == 2) pair.X_WA.R(entry / 3, entry % 3) = kNoNumber;
+    if (k % 37 == 3) pair.X_WB.R(entry / 3, entry % 3) = kNoNumber;
     pairs.push_back(pair);
   }
   return pairs;

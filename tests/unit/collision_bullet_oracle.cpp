@@ -11,7 +11,7 @@ using namespace cradle;
 
 namespace {
 
-constexpr int kPoses = 400;  // of each pair of kinds
+constexpr int kBulletPoses = 400;  // of each pair of kinds
 
 btVector3 to_bullet(const Vector& v) { return {v.x(), v.y(), v.z()}; }
 Vector from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -80,7 +80,7 @@ TEST_CASE("Bullet's EPA says what our manifolds say, but for local minima") {
     const bool is_exact = is_polytope(kind_A) && is_polytope(kind_B);
     Verdicts verdicts;
     int silent = 0, apart = 0;
-    for (const Pair& pair : sunk_pairs(random, kind_A, kind_B, 0.01, kPoses)) {
+    for (const Pair& pair : sunk_pairs(random, kind_A, kind_B, 0.01, kBulletPoses)) {
       const auto theirs = ask_bullet(pair);
       const Manifold ours = pair.collide(1e-3);
       if (!theirs && bench::parting(pair).overlap < 0) {  // nothing to tell: passed through
@@ -93,9 +93,9 @@ TEST_CASE("Bullet's EPA says what our manifolds say, but for local minima") {
         judge(verdicts, pair, ours, *theirs, is_exact ? 1e-9 : 1e-4, 1e-2);
     }
     CAPTURE(verdicts, silent, apart);
-    CHECK(verdicts.asked + silent > kPoses * 9 / 10);
-    CHECK(silent <= kPoses / 20);
-    CHECK(verdicts.inconsistent <= kPoses / 50);  // its EPA ran out of steps
+    CHECK(verdicts.asked + silent > kBulletPoses * 9 / 10);
+    CHECK(silent <= kBulletPoses / 20);
+    CHECK(verdicts.inconsistent <= kBulletPoses / 50);  // its EPA ran out of steps
     CHECK(verdicts.worse == 0);
     CHECK(verdicts.ours_worse_share() <= most_ours_worse(kind_A, kind_B));
   }

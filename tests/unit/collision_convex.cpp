@@ -8,16 +8,9 @@ namespace {
 
 constexpr double kHalfTurn = 3.14159265358979323846;
 
-Matrix turn(double angle, const Vector& axis) {
-  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-}
-Pose at(double x, double y, double z, const Matrix& R = Matrix::Identity()) {
-  return {{x, y, z}, R};
-}
-
 /// From x to z: what stood upright lies along x.
 const Matrix kLying = turn(kHalfTurn / 2, Vector::UnitY());
-const Solid kFloor = Shape::half_space();
+const Solid kGround = Shape::half_space();
 const Solid kTable = Shape::box({2, 2, 0.5});
 
 Solid hull_cube() {
@@ -32,7 +25,7 @@ Solid hull_cube() {
 void check_rest(const Solid& solid, double height, const Matrix& R, int count, double extent_x,
                 double extent_y) {
   const Pose X = at(0.1, -0.2, height - 1e-3, R);
-  for (const Pair& pair : {Pair{solid, kFloor, X, {}}, Pair{solid, kTable, X, at(0, 0, -0.5)}}) {
+  for (const Pair& pair : {Pair{solid, kGround, X, {}}, Pair{solid, kTable, X, at(0, 0, -0.5)}}) {
     CAPTURE(word_of(solid.shape.kind), word_of(pair.B.shape.kind));
     const Manifold manifold = pair.collide(0.02);
     REQUIRE(manifold.count == count);
@@ -286,7 +279,7 @@ TEST_CASE("a flush stack of hulls and a rocking cylinder keep the names of their
   for (int k = 0; k < 300; ++k) {
     const Vector w = random.vector(1e-3);
     const Manifold manifold =
-        Pair{drum, kFloor, at(0, 0, 0.2, turn(w.norm(), w)), {}}.collide(0.02);
+        Pair{drum, kGround, at(0, 0, 0.2, turn(w.norm(), w)), {}}.collide(0.02);
     REQUIRE(manifold.count == 4);
     seen.insert(features(manifold));
   }

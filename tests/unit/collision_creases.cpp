@@ -8,10 +8,8 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
-
-std::vector<Manifold> touch(const GeometryPointer& ground, const Solid& body, const Pose& X_WC,
-                            double margin = kMargin) {
+std::vector<Manifold> touch_ground(const GeometryPointer& ground, const Solid& body,
+                                   const Pose& X_WC, double margin = kMargin) {
   std::vector<Manifold> manifolds;
   const Shape shape = Shape::stored(ground->kind(), 1);
   const Pose in_W;
@@ -26,8 +24,8 @@ double deepest_of(const std::vector<Manifold>& manifolds) {
   return depth;
 }
 
-GeometryPointer mesh_of(const std::vector<Vector>& vertices,
-                        const std::vector<Triangle>& triangles) {
+GeometryPointer creased_mesh(const std::vector<Vector>& vertices,
+                             const std::vector<Triangle>& triangles) {
   return make_mesh(vertices, triangles).geometry;
 }
 
@@ -37,7 +35,7 @@ GeometryPointer valley(double slope) {
   for (const double x : {-6.0, 0.0, 6.0}) {
     for (const double y : {-6.0, 6.0}) vertices.emplace_back(x, y, slope * std::abs(x));
   }
-  return mesh_of(vertices, {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}});
+  return creased_mesh(vertices, {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}});
 }
 
 }  // namespace
@@ -48,16 +46,16 @@ TEST_CASE("two slivers that share their longest edge carry") {
     for (const double width : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4}) {
       CAPTURE(size, width);
       const GeometryPointer plane =
-          mesh_of({{-size, 0, 0},
-                   {size, 0, 0},
-                   {0.1 * size, width, 0},
-                   {-0.1 * size, -width, 0},
-                   {0, size, 0},
-                   {0, -size, 0}},
-                  {{0, 1, 2}, {1, 0, 3}, {0, 2, 4}, {2, 1, 4}, {0, 5, 3}, {3, 5, 1}});
+          creased_mesh({{-size, 0, 0},
+                        {size, 0, 0},
+                        {0.1 * size, width, 0},
+                        {-0.1 * size, -width, 0},
+                        {0, size, 0},
+                        {0, -size, 0}},
+                       {{0, 1, 2}, {1, 0, 3}, {0, 2, 4}, {2, 1, 4}, {0, 5, 3}, {3, 5, 1}});
       REQUIRE(plane);
-      const auto manifolds = touch(plane, Shape::sphere(0.1 * size),
-                                   {{0, width / 3, 0.09 * size}, Matrix::Identity()});
+      const auto manifolds = touch_ground(plane, Shape::sphere(0.1 * size),
+                                          {{0, width / 3, 0.09 * size}, Matrix::Identity()});
       REQUIRE(manifolds.size() == 1);
       CHECK(manifolds[0].normal_W.isApprox(Vector(Vector::UnitZ()), 1e-9));
       CHECK(deepest_of(manifolds) == Approx(0.01 * size).epsilon(1e-9));
@@ -68,7 +66,7 @@ TEST_CASE("two slivers that share their longest edge carry") {
 TEST_CASE("what lies nearly flat over an inner edge touches under itself alone") {
   // The far end of the edge, metres away, was taken for a point that touches.
   const GeometryPointer mesh =
-      mesh_of({{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}}, {{0, 1, 2}, {0, 2, 3}});
+      creased_mesh({{-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}}, {{0, 1, 2}, {0, 2, 3}});
   const GeometryPointer field =
       make_height_field(2, 2, 4, 4, std::vector<double>{0, 0, 0, 0}).geometry;
   Random random(5);
@@ -88,7 +86,7 @@ TEST_CASE("what lies nearly flat over an inner edge touches under itself alone")
         }
         X.x = {random.uniform(-1.4, 1.4), random.uniform(-1.4, 1.4), 0};
         X.x.z() = support(body, X, -Vector::UnitZ()) - random.uniform(-1e-3, 1e-2);
-        for (const Manifold& m : touch(ground, body, X)) {
+        for (const Manifold& m : touch_ground(ground, body, X)) {
           REQUIRE(m.normal_W.isApprox(Vector(Vector::UnitZ()), 1e-9));
           for (const ContactPoint& point : points(m)) {
             REQUIRE(outside(body, X, point.p_W) <= std::abs(point.separation) / 2 + 1.5e-3);
@@ -111,7 +109,8 @@ TEST_CASE("a tip behind the crease of a valley touches") {
       for (const double x : {-1e-3, -5e-5, 5e-5, 2e-4, 5e-4, 1e-3, 3e-3}) {
         CAPTURE(slope, depth, x);
         const double height = 0.06 + slope * std::abs(x) - depth;
-        const auto manifolds = touch(ground, Shape::cone(0.05, 0.06), {{x, 0, height}, tip_down});
+        const auto manifolds =
+            touch_ground(ground, Shape::cone(0.05, 0.06), {{x, 0, height}, tip_down});
         // Below the nearer plane by this, which parts it as well as any.
         CHECK(deepest_of(manifolds) == Approx(depth * cosine).margin(1e-9));
       }
@@ -143,7 +142,7 @@ TEST_CASE("what is in one side of a groove touches there, whatever else is near"
         };
         X.x += n * (depth(n) - random.uniform(0.005, 0.04));
         if (depth(n_beyond) > -1e-3) continue;
-        const std::vector<Manifold> manifolds = touch(ground, body, X, 1);
+        const std::vector<Manifold> manifolds = touch_ground(ground, body, X, 1);
         REQUIRE(std::abs(deepest_of(manifolds) - depth(n)) < 1e-9);
         ++overlapping;
       }

@@ -7,16 +7,7 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
 constexpr double kQuarter = 0.78539816339744831;  // of half a turn
-
-Solid hull_of_box(const Vector& half) {
-  std::vector<Vector> corners;
-  for (int k = 0; k < 8; ++k) {
-    corners.push_back(half.cwiseProduct(Vector(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
-  }
-  return Solid(make_hull(corners).geometry);
-}
 
 /// A rod along x that stands on its edge: with z up, the edge is its highest and lowest part.
 const Matrix kOnEdge = Eigen::AngleAxisd(kQuarter, Vector::UnitX()).matrix();

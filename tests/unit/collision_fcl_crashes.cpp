@@ -10,7 +10,7 @@ namespace {
 
 constexpr FclWay kOtherSolver{.by_other_solver = true};
 
-const Solid kBox = Shape::box({0.5, 0.5, 0.5}), kHullBox = hull_box();
+const Solid kCrashBox = Shape::box({0.5, 0.5, 0.5}), kCrashHull = hull_box();
 
 Solid random_box(Random& random) {
   return Shape::box({random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1)});
@@ -83,14 +83,14 @@ TEST_CASE("FCL's other solver ends the program when asked for a signed distance"
   // Of pairs for which it has no closed form.
   Random random(96);
   std::vector<Known> capsules, boxes;
-  const Solid mesh = mesh_solid(kHullBox.hull());
+  const Solid mesh = mesh_solid(kCrashHull.hull());
   for (int k = 0; k < 20; ++k) {
     const Solid capsule = Shape::capsule(0.3, 0.5);
     const Pose A{random.vector(3), random.rotation()};
     const Matrix R = random.rotation();
     const Vector n = A.R.col(2).cross(R.col(2)).normalized();  // side on side, middle on middle
     capsules.push_back({{capsule, capsule, A, {A.x + 0.59 * n, R}}, 0.01, n});
-    boxes.push_back(kissing(kHullBox, kBox, 1e-3, random.rotation(), random));
+    boxes.push_back(kissing(kCrashHull, kCrashBox, 1e-3, random.rotation(), random));
   }
   for (const Known& k : capsules) check_known(k, 1, 1e-12, 1e-9);
   for (const Known& k : boxes) check_known(k, 3, 1e-12, 1e-12);

@@ -17,10 +17,10 @@ using bench::FclWay;
 
 namespace {
 
-const Solid kBox = Shape::box({0.5, 0.5, 0.5});
+const Solid kFaultBox = Shape::box({0.5, 0.5, 0.5});
 const Solid kCylinder = Shape::cylinder(0.5, 0.5);
 const Solid kCapsule = Shape::capsule(0.3, 0.5);
-const Solid kHullBox = hull_box();
+const Solid kFaultHull = hull_box();
 
 Matrix turn_about_z(Random& random) {
   return Eigen::AngleAxisd(random.uniform(0, 6), Vector::UnitZ()).matrix();
@@ -49,7 +49,7 @@ Known leaning(const Solid& A, const Solid& B, double depth, Random& random) {
 }
 
 /// One of them into the other by `depth` along the best direction.
-Known sunk(const Solid& A, const Solid& B, double depth, Random& random) {
+Known sunk_by(const Solid& A, const Solid& B, double depth, Random& random) {
   Pair pair{A, B, {random.vector(3), random.rotation()}, {random.vector(3), random.rotation()}};
   pair.X_WB.x = pair.X_WA.x + 4 * random.direction();
   const Vector n = bench::parting(pair).n;
@@ -68,7 +68,7 @@ std::vector<Known> repeat(int count, const auto& make) {
 TEST_CASE("FCL turns the normals of a third of all capsule pairs, the more the deeper") {
   Random random(71);
   for (const double depth : {1e-4, 1e-3, 0.02}) {
-    const auto known = repeat(500, [&] { return sunk(kCapsule, kCapsule, depth, random); });
+    const auto known = repeat(500, [&] { return sunk_by(kCapsule, kCapsule, depth, random); });
     for (const Known& k : known) {
       REQUIRE(k.pair.collide(0.02).count > 0);
       check_known(k, 1, 1e-9, 1e-4);
@@ -83,8 +83,8 @@ TEST_CASE("FCL turns the normals of a third of all capsule pairs, the more the d
 TEST_CASE("FCL gives a body that rests on a plane or face one point, unless both are boxes") {
   Random random(72);
   std::vector<Known> known;
-  for (const Solid& upper : {kBox, kCylinder, kHullBox}) {
-    for (const Solid& lower : {kBox, kCylinder, kHullBox}) {
+  for (const Solid& upper : {kFaultBox, kCylinder, kFaultHull}) {
+    for (const Solid& lower : {kFaultBox, kCylinder, kFaultHull}) {
       const Known both = standing(lower, upper, 0.5, 1e-4, random);
       CHECK(both.pair.collide(0.02).count == 4);
       if (!both.pair.is_boxes()) known.push_back(both);
@@ -105,8 +105,8 @@ TEST_CASE("FCL gives a body that rests on a plane or face one point, unless both
 TEST_CASE("FCL gives faces that just touch a zero normal, or any") {
   Random random(73);
   for (const double depth : {1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 0.0, -1e-14, -1e-12, -1e-9}) {
-    for (const Solid& A : {kBox, kCylinder, kHullBox}) {
-      for (const Solid& B : {kBox, kCylinder, kHullBox}) {
+    for (const Solid& A : {kFaultBox, kCylinder, kFaultHull}) {
+      for (const Solid& B : {kFaultBox, kCylinder, kFaultHull}) {
         CAPTURE(depth, word_of(A.shape.kind), word_of(B.shape.kind));
         const auto known = repeat(50, [&] { return standing(A, B, 0.5, depth, random); });
         for (const Known& k : known) check_known(k, 3, 1e-13, 1e-12);
@@ -135,8 +135,8 @@ TEST_CASE("FCL misses a sixth of all cones in half-spaces and is wrong about oth
 }
 
 TEST_CASE("FCL gives bodies with one centre a zero normal, or 1.73 m of depth for 1") {
-  for (const Solid& A : {Solid(Shape::sphere(0.5)), kBox, kCylinder, kHullBox, kCapsule}) {
-    for (const Solid& B : {Solid(Shape::sphere(0.5)), kBox, kCylinder, kHullBox, kCapsule}) {
+  for (const Solid& A : {Solid(Shape::sphere(0.5)), kFaultBox, kCylinder, kFaultHull, kCapsule}) {
+    for (const Solid& B : {Solid(Shape::sphere(0.5)), kFaultBox, kCylinder, kFaultHull, kCapsule}) {
       CAPTURE(word_of(A.shape.kind), word_of(B.shape.kind));
       const Pair pair{A, B, {{1, 2, 3}, Matrix::Identity()}, {{1, 2, 3}, Matrix::Identity()}};
       const Manifold manifold = pair.collide(0.02);
@@ -147,7 +147,7 @@ TEST_CASE("FCL gives bodies with one centre a zero normal, or 1.73 m of depth fo
     }
   }
   const Solid ball = Shape::sphere(0.5);
-  const std::vector<Pair> same{{ball, ball, {}, {}}, {kBox, kHullBox, {}, {}}};
+  const std::vector<Pair> same{{ball, ball, {}, {}}, {kFaultBox, kFaultHull, {}, {}}};
   const std::vector<FclAnswer> theirs = ask_fcl(same, FclQuestion::contacts);
   CHECK(theirs[0].points == 1);
   CHECK(theirs[0].n == Vector::Zero());
@@ -157,7 +157,7 @@ TEST_CASE("FCL gives bodies with one centre a zero normal, or 1.73 m of depth fo
 TEST_CASE("FCL is off by most of the depth of a grain, since its tolerance is absolute") {
   Random random(76);
   const Solid grain = Shape::cylinder(1e-4, 1e-4);
-  const auto known = repeat(200, [&] { return leaning(kBox, grain, 1e-6, random); });
+  const auto known = repeat(200, [&] { return leaning(kFaultBox, grain, 1e-6, random); });
   for (const Known& k : known) {
     const Manifold manifold = k.pair.collide(1e-5);
     REQUIRE(manifold.count >= 1);
@@ -171,10 +171,10 @@ TEST_CASE("FCL is off by most of the depth of a grain, since its tolerance is ab
 
 TEST_CASE("FCL turns the normal of a cylinder that leans by 1e-4") {
   Random random(77);
-  for (const Solid& upper : {kCylinder, kHullBox, kBox}) {
+  for (const Solid& upper : {kCylinder, kFaultHull, kFaultBox}) {
     CAPTURE(word_of(upper.shape.kind));
     const auto known = repeat(300, [&] {
-      Known k = standing(kBox, upper, 0.5, 1e-3, random);
+      Known k = standing(kFaultBox, upper, 0.5, 1e-3, random);
       const Vector axis = k.pair.X_WA.R * Vector{random.uniform(-1, 1), random.uniform(-1, 1), 0};
       k.pair.X_WB.R = Eigen::AngleAxisd(1e-4, axis.normalized()) * k.pair.X_WB.R;
       return k;
@@ -196,7 +196,7 @@ TEST_CASE("what stands on a floor of 20 km is 1e-3 m deep to 1e-11 m") {
   // FCL in single precision is 0.2 mm off there.
   const Solid floor = Shape::box({1e4, 1e4, 0.5});
   Random random(78);
-  for (const Solid& B : {kBox, kCylinder, kHullBox}) {
+  for (const Solid& B : {kFaultBox, kCylinder, kFaultHull}) {
     for (int trial = 0; trial < 100; ++trial) {
       Pair pair{floor, B, {}, {{random.uniform(-9e3, 9e3), random.uniform(-9e3, 9e3), 0.999}, {}}};
       pair.X_WB.R = Eigen::AngleAxisd(random.uniform(0, 6), Vector::UnitZ()).matrix();
@@ -211,7 +211,7 @@ TEST_CASE("what stands on a floor of 20 km is 1e-3 m deep to 1e-11 m") {
 TEST_CASE("FCL is off by 4e-7 m for a cylinder that leans on a plate of 1 mm") {
   const Solid plate = Shape::box({5, 5, 5e-4});
   Random random(79);
-  for (const Solid& B : {kBox, kCylinder, kHullBox}) {
+  for (const Solid& B : {kFaultBox, kCylinder, kFaultHull}) {
     CAPTURE(word_of(B.shape.kind));
     const auto known = repeat(100, [&] { return leaning(plate, B, 1e-4, random); });
     const auto upright =
@@ -230,7 +230,7 @@ TEST_CASE("FCL turns the normals of boxes deep in each other by 33 to 87 degrees
   Random random(80);
   int trials = 0, best = 0;
   for (const double share : {0.1, 0.25, 0.45}) {
-    const auto known = repeat(200, [&] { return sunk(kHullBox, kHullBox, share, random); });
+    const auto known = repeat(200, [&] { return sunk_by(kFaultHull, kFaultHull, share, random); });
     const Theirs theirs = ask_fcl_known(known, FclQuestion::contacts);
     CAPTURE(share, theirs);
     CHECK(theirs.turned > 200 / 10);
@@ -251,8 +251,8 @@ TEST_CASE("FCL turns the normals of boxes deep in each other by 33 to 87 degrees
 TEST_CASE(
     "FCL gives, by its other solver, normals in the frame of the first body, and negative depths") {
   Random random(81);
-  for (const Solid& A : {kCapsule, kHullBox, kCylinder}) {
-    const auto known = repeat(200, [&] { return sunk(A, kHullBox, 0.01, random); });
+  for (const Solid& A : {kCapsule, kFaultHull, kCylinder}) {
+    const auto known = repeat(200, [&] { return sunk_by(A, kFaultHull, 0.01, random); });
     const Theirs theirs = ask_fcl_known(known, FclQuestion::contacts, {.by_other_solver = true});
     CAPTURE(theirs);
     CHECK(theirs.turned > 200 / 2);
@@ -274,7 +274,7 @@ TEST_CASE("FCL puts the point of a sphere on a capsule outside of one of them") 
   std::vector<Pair> pairs;
   for (int trial = 0; trial < 500; ++trial) {
     const double depth = random.uniform(1e-4, 0.02);
-    const Pair pair = sunk(Shape::sphere(0.4), kCapsule, depth, random).pair;
+    const Pair pair = sunk_by(Shape::sphere(0.4), kCapsule, depth, random).pair;
     const Manifold manifold = pair.collide(0.02);
     REQUIRE(manifold.count == 1);
     const Vector& p = manifold.points[0].p_W;
@@ -303,7 +303,7 @@ TEST_CASE("FCL gives other depths when the bodies are exchanged") {
   for (const Solid& A : {kCapsule, kCylinder, Solid(Shape::cone(0.5, 0.5))}) {
     std::vector<Pair> pairs, exchanged;
     for (int trial = 0; trial < 200; ++trial) {
-      pairs.push_back(sunk(A, kCylinder, 0.01, random).pair);
+      pairs.push_back(sunk_by(A, kCylinder, 0.01, random).pair);
       exchanged.push_back(pairs.back().swapped());
       const double depth = deepest(pairs.back().collide(0.02));
       REQUIRE(deepest(exchanged.back().collide(0.02)) == Approx(depth).margin(1e-9));

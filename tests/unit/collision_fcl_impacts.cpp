@@ -39,8 +39,9 @@ struct Found {
 };
 
 /// FCL may be asked about another body, of the same form.
-Found compare(const Solid& wall, const Solid& body, int count, FclSearch search,
-              FclMotion motion = FclMotion::translation, const Solid* body_for_fcl = nullptr) {
+Found compare_impacts(const Solid& wall, const Solid& body, int count, FclSearch search,
+                      FclMotion motion = FclMotion::translation,
+                      const Solid* body_for_fcl = nullptr) {
   const std::vector<Pair> pairs = falls(wall, body, count);
   std::vector<Pair> pairs_for_fcl = pairs;
   for (Pair& pair : pairs_for_fcl) {
@@ -84,7 +85,7 @@ const Solid kHullWall = hull_box({1, 1, 0.025}), kMeshWall = mesh_solid(kHullWal
 TEST_CASE("FCL's default search for impacts lets most bodies through a thin wall") {
   for (const Solid& body : {Solid(Shape::sphere(0.05)), Solid(Shape::box({0.05, 0.05, 0.05}))}) {
     CAPTURE(word_of(body.shape.kind));
-    const Found found = compare(kWall, body, 200, FclSearch::samples);
+    const Found found = compare_impacts(kWall, body, 200, FclSearch::samples);
     CAPTURE(found.missed, found.wrong, found.died);
     CHECK(found.missed > 100);
   }
@@ -92,14 +93,15 @@ TEST_CASE("FCL's default search for impacts lets most bodies through a thin wall
 
 TEST_CASE(
     "FCL's conservative advancement is right about spheres, and misses boxes at a thin wall") {
-  const Found sphere = compare(kWall, Shape::sphere(0.1), 1000, FclSearch::advancement);
+  const Found sphere = compare_impacts(kWall, Shape::sphere(0.1), 1000, FclSearch::advancement);
   CHECK(sphere.missed + sphere.wrong + sphere.died == 0);
-  const Found box = compare(kWall, Shape::box({0.1, 0.1, 0.1}), 1000, FclSearch::advancement);
+  const Found box =
+      compare_impacts(kWall, Shape::box({0.1, 0.1, 0.1}), 1000, FclSearch::advancement);
   CHECK(box.missed > 0);
 }
 
 TEST_CASE("FCL's conservative advancement of a sphere to a mesh ends the program") {
-  const Found found = compare(kMeshWall, Shape::sphere(0.1), 20, FclSearch::advancement);
+  const Found found = compare_impacts(kMeshWall, Shape::sphere(0.1), 20, FclSearch::advancement);
   CHECK(found.died == 20);
 }
 
@@ -107,7 +109,8 @@ TEST_CASE("FCL's searches for impacts miss hulls at a thin wall, and nearly all 
   // With us one of two meshes is a hull: meshes do not move.
   constexpr int kCount = 100;
   const auto advancement = [&](const Solid& wall, const Solid& body) {
-    return compare(wall, kHullBody, kCount, FclSearch::advancement, FclMotion::translation, &body);
+    return compare_impacts(wall, kHullBody, kCount, FclSearch::advancement, FclMotion::translation,
+                           &body);
   };
   // The faults of hulls come and go with the poses: 39 in 100 were seen, here it is one or two.
   CHECK(advancement(kHullWall, kHullBody).missed > 0);
@@ -118,12 +121,12 @@ TEST_CASE("FCL's screw motion is another one, even of a body that does not turn"
   constexpr int kCount = 100;
   const Solid ball = Shape::sphere(0.1);
   const auto wrong = [&](const Solid& wall, const Solid& body, FclSearch search) {
-    const Found found = compare(wall, body, kCount, search, FclMotion::screw);
+    const Found found = compare_impacts(wall, body, kCount, search, FclMotion::screw);
     return found.missed + found.wrong;
   };
   for (const FclSearch search : {FclSearch::samples, FclSearch::advancement}) {
     CHECK(wrong(kWall, ball, search) > kCount * 9 / 10);
     CHECK(wrong(kHullWall, kHullBody, search) > kCount * 9 / 10);
   }
-  CHECK(compare(kMeshWall, ball, 20, FclSearch::advancement, FclMotion::screw).died == 20);
+  CHECK(compare_impacts(kMeshWall, ball, 20, FclSearch::advancement, FclMotion::screw).died == 20);
 }

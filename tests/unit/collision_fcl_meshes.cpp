@@ -8,13 +8,13 @@ using bench::FclQuestion;
 
 namespace {
 
-constexpr int kPoses = 200;
+constexpr int kMeshPoses = 200;
 constexpr double kDeep = 0.1;  // m: more than eight triangles
 
 const Solid kHullBox = hull_box();
 const Solid kBoxMesh = mesh_solid(kHullBox.hull());  // 12 triangles
-const Solid kBody = Shape::box({0.3, 0.3, 0.3}), kHullBody = hull_box({0.3, 0.3, 0.3});
-const Solid kMeshBody = mesh_solid(kHullBody.hull());
+const Solid kBody = Shape::box({0.3, 0.3, 0.3}), kMeshesHull = hull_box({0.3, 0.3, 0.3});
+const Solid kMeshesMesh = mesh_solid(kMeshesHull.hull());
 
 /// A ball of radius 1 in 320 triangles.
 Solid ball_hull() {
@@ -41,27 +41,27 @@ Solid ball_hull() {
   return Solid(make_hull(points).geometry);
 }
 /// Made when first asked for: every process would wait for it, seconds under a sanitizer.
-const Solid& ball() {
+const Solid& hull_ball() {
   static const Solid made = ball_hull();
   return made;
 }
 const Solid& ball_mesh() {
-  static const Solid made = mesh_solid(ball().hull());
+  static const Solid made = mesh_solid(hull_ball().hull());
   return made;
 }
 
 /// All that a body has with a surface, as one depth and one normal: those of the deepest point.
-struct Deepest {
+struct DeepestPoint {
   double depth = -std::numeric_limits<double>::infinity();
   Vector n = Vector::Zero();  // from A to B
   int points = 0;
 };
 
-Deepest touch(const Pair& pair) {
+DeepestPoint deepest_point(const Pair& pair) {
   std::vector<Manifold> manifolds;
   add_manifolds({pair.A.shape, pair.X_WA, pair.A.geometry.get()},
                 {pair.B.shape, pair.X_WB, pair.B.geometry.get()}, 0.02, manifolds);
-  Deepest found;
+  DeepestPoint found;
   for (const Manifold& m : manifolds) {
     if (deepest(m) > found.depth) found = {deepest(m), m.normal_W, m.count};
   }
@@ -71,7 +71,7 @@ Deepest touch(const Pair& pair) {
 /// Ours must be right.
 void check(const std::vector<Known>& known, int points) {
   for (const Known& k : known) {
-    const Deepest found = touch(k.pair);
+    const DeepestPoint found = deepest_point(k.pair);
     REQUIRE(found.points >= points);
     REQUIRE(std::abs(found.depth - k.depth) < 1e-9);
     REQUIRE(angle_between(found.n, k.n) < 1e-6);
@@ -106,7 +106,7 @@ Known on_a_face(const Solid& mesh, const ConvexHull& hull, const Solid& body, do
 std::vector<Known> balls_on(const Solid& mesh, const ConvexHull& hull) {
   Random random(91);
   std::vector<Known> known;
-  for (int k = 0; k < kPoses; ++k) {
+  for (int k = 0; k < kMeshPoses; ++k) {
     known.push_back(on_a_face(mesh, hull, Shape::sphere(0.4), 0.02, Matrix::Identity(), random));
   }
   return known;
@@ -116,7 +116,7 @@ std::vector<Known> balls_on(const Solid& mesh, const ConvexHull& hull) {
 std::vector<Known> flush_boxes(const Solid& body) {
   Random random(93);
   std::vector<Known> known;
-  for (int k = 0; k < kPoses; ++k) {
+  for (int k = 0; k < kMeshPoses; ++k) {
     const Matrix turn = Eigen::AngleAxisd(random.uniform(0, 6), Vector::UnitZ()).matrix();
     known.push_back(on_a_face(kBoxMesh, kHullBox.hull(), body, 1e-3, turn, random));
   }
@@ -127,15 +127,15 @@ std::vector<Known> flush_boxes(const Solid& body) {
 
 TEST_CASE("FCL gives a ball on a mesh up to three times, or less than nothing, of its depth") {
   // Each triangle by itself: the foot on a triangle beside the ball counts as if it were below it.
-  const std::vector<Known> on_ball = balls_on(ball_mesh(), ball().hull());
+  const std::vector<Known> on_ball = balls_on(ball_mesh(), hull_ball().hull());
   const std::vector<Known> on_box = balls_on(kBoxMesh, kHullBox.hull());
   check(on_ball, 1);
   check(on_box, 1);
   const Theirs ball = ask_fcl_known(on_ball, FclQuestion::contacts);
   const Theirs box = ask_fcl_known(on_box, FclQuestion::contacts);
   CAPTURE(ball, box);
-  CHECK(ball.turned > kPoses * 9 / 10);
-  CHECK(box.turned > kPoses / 2);
+  CHECK(ball.turned > kMeshPoses * 9 / 10);
+  CHECK(box.turned > kMeshPoses / 2);
   CHECK(ball.off_share > 1);
   CHECK(box.off_share > 1);
 }
@@ -143,15 +143,15 @@ TEST_CASE("FCL gives a ball on a mesh up to three times, or less than nothing, o
 TEST_CASE("FCL turns the normal of a box that stands on its corner on a mesh") {
   Random random(92);
   const Matrix on_corner = turn_to(Vector(1, 1, 1), -Vector::UnitZ());
-  for (const Solid& body : {kBody, kHullBody}) {
+  for (const Solid& body : {kBody, kMeshesHull}) {
     std::vector<Known> known;
-    for (int k = 0; k < kPoses; ++k) {
+    for (int k = 0; k < kMeshPoses; ++k) {
       known.push_back(on_a_face(kBoxMesh, kHullBox.hull(), body, 0.02, on_corner, random));
     }
     check(known, 1);
     const Theirs theirs = ask_fcl_known(known, FclQuestion::contacts);
     CAPTURE(theirs);
-    CHECK(theirs.turned > kPoses / 50);
+    CHECK(theirs.turned > kMeshPoses / 50);
     CHECK(theirs.off_angle > 0.3);
     CHECK(theirs.off_m > 1e-3);
   }
@@ -160,18 +160,18 @@ TEST_CASE("FCL turns the normal of a box that stands on its corner on a mesh") {
 TEST_CASE("FCL gives two meshes that lie flush 560 times their depth, along other axes") {
   // With us one of the two is a hull: meshes do not move, and two of them do not meet. FCL's
   // points are corners of triangles.
-  const std::vector<Known> known = flush_boxes(kHullBody);
+  const std::vector<Known> known = flush_boxes(kMeshesHull);
   check(known, 4);
   std::vector<Known> as_meshes = known;
-  for (Known& k : as_meshes) k.pair.B = kMeshBody;
+  for (Known& k : as_meshes) k.pair.B = kMeshesMesh;
   const Theirs theirs = ask_fcl_known(as_meshes, FclQuestion::contacts);
   CAPTURE(theirs);
-  CHECK(theirs.turned > kPoses / 2);
+  CHECK(theirs.turned > kMeshPoses / 2);
   CHECK(theirs.off_share > 100);
 }
 
 TEST_CASE("FCL turns some normals of boxes that lie flush on a mesh by more than 30 degrees") {
-  for (const Solid& body : {kBody, kHullBody}) {
+  for (const Solid& body : {kBody, kMeshesHull}) {
     const std::vector<Known> known = flush_boxes(body);
     check(known, 4);
     const Theirs theirs = ask_fcl_known(known, FclQuestion::contacts);
@@ -184,13 +184,14 @@ TEST_CASE("FCL turns some normals of boxes that lie flush on a mesh by more than
 TEST_CASE("FCL gives a mesh deep in a half-space any of its triangles, not the deepest") {
   Random random(94);
   std::vector<Known> known;
-  for (int k = 0; k < kPoses; ++k) {
+  for (int k = 0; k < kMeshPoses; ++k) {
     Pair pair{ball_mesh(),
               Shape::half_space(),
               {random.vector(3), random.rotation()},
               {random.vector(3), random.rotation()}};
     const Vector n = -pair.X_WB.R.col(2);
-    pair.X_WB.x = pair.X_WA.x + n * (support(ball(), {Vector::Zero(), pair.X_WA.R}, n) - kDeep);
+    pair.X_WB.x =
+        pair.X_WA.x + n * (support(hull_ball(), {Vector::Zero(), pair.X_WA.R}, n) - kDeep);
     known.push_back({pair, kDeep, n});
   }
   check(known, 1);
@@ -206,7 +207,7 @@ TEST_CASE("FCL finds nothing of a body that is inside of a mesh, and says it is 
   for (const Solid& body :
        {Solid(Shape::sphere(0.1)), Solid(Shape::box({0.05, 0.05, 0.05})), small_hull}) {
     std::vector<Known> known;
-    for (int k = 0; k < kPoses; ++k) {
+    for (int k = 0; k < kMeshPoses; ++k) {
       const Vector at = random.vector(0.35);
       int axis = 0;
       const double most = at.cwiseAbs().maxCoeff(&axis);
@@ -218,25 +219,25 @@ TEST_CASE("FCL finds nothing of a body that is inside of a mesh, and says it is 
       known.push_back(inside);
     }
     check(known, 1);
-    CHECK(ask_fcl_known(known, FclQuestion::contacts).missed == kPoses);
+    CHECK(ask_fcl_known(known, FclQuestion::contacts).missed == kMeshPoses);
     CHECK(ask_fcl_known(known, FclQuestion::signed_distance).least_m < -0.2);
   }
 }
 
 TEST_CASE("FCL exchanges a shape and a mesh") {
-  std::vector<Known> known = balls_on(ball_mesh(), ball().hull());
+  std::vector<Known> known = balls_on(ball_mesh(), hull_ball().hull());
   for (Known& k : known) {
     k.pair = k.pair.swapped();
     k.n = -k.n;
   }
   check(known, 1);
   const Theirs theirs = ask_fcl_known(known, FclQuestion::contacts);
-  CHECK(theirs.exchanged == kPoses);
+  CHECK(theirs.exchanged == kMeshPoses);
 }
 
 TEST_CASE("FCL's distance of a ball in a mesh is no depth") {
   // 0 but for noise, or -1 of a box, with and without its signed distance.
-  const std::vector<Known> balls = balls_on(ball_mesh(), ball().hull());
+  const std::vector<Known> balls = balls_on(ball_mesh(), hull_ball().hull());
   const std::vector<Known> boxes = flush_boxes(kBody);
   for (const FclQuestion question : {FclQuestion::distance, FclQuestion::signed_distance}) {
     const Theirs ball = ask_fcl_known(balls, question), box = ask_fcl_known(boxes, question);

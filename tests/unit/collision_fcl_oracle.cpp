@@ -16,7 +16,7 @@ namespace {
 using Kinds = std::pair<ShapeKind, ShapeKind>;
 using enum ShapeKind;
 
-constexpr int kPoses = 400;  // of each pair of kinds
+constexpr int kOraclePoses = 400;  // of each pair of kinds
 /// Where shares are counted: 0.05 is four standard deviations of any.
 constexpr int kPosesForShares = 1600;
 
@@ -70,8 +70,8 @@ struct Asked {
 };
 
 /// Both about pairs of two kinds.
-Asked compare(const Kinds& kinds, double share, FclQuestion question, double tolerance,
-              double angle, int poses = kPoses) {
+Asked compare_kinds(const Kinds& kinds, double share, FclQuestion question, double tolerance,
+                    double angle, int poses = kOraclePoses) {
   Random random(31);
   const std::vector<Pair> pairs = sunk_pairs(random, kinds.first, kinds.second, share, poses);
   const std::vector<FclAnswer> answers = ask_fcl(pairs, question);
@@ -97,9 +97,9 @@ TEST_CASE("FCL's closed forms say what ours say") {
   for (const double share : {1e-6, 1e-3, 0.01, 0.3}) {
     for (const Kinds& kinds : kClosedForms) {
       CAPTURE(share, word_of(kinds.first), word_of(kinds.second));
-      const Asked asked = compare(kinds, share, FclQuestion::contacts, 1e-9, 1e-6);
+      const Asked asked = compare_kinds(kinds, share, FclQuestion::contacts, 1e-9, 1e-6);
       CAPTURE(asked.verdicts);
-      CHECK(asked.verdicts.asked > kPoses * 9 / 10);
+      CHECK(asked.verdicts.asked > kOraclePoses * 9 / 10);
       CHECK(asked.verdicts.agreed == asked.verdicts.asked);
       CHECK(asked.failed_closed == 0);
     }
@@ -111,7 +111,8 @@ TEST_CASE("where FCL's contacts differ from ours, FCL is wrong, and no more than
     if (kClosedForms.contains(kinds)) continue;
     CAPTURE(word_of(kinds.first), word_of(kinds.second));
     // 1 degree: MPR stops at 1 um, which a small shape turns into an angle.
-    const Asked asked = compare(kinds, 0.01, FclQuestion::contacts, 2e-6, 0.0175, kPosesForShares);
+    const Asked asked =
+        compare_kinds(kinds, 0.01, FclQuestion::contacts, 2e-6, 0.0175, kPosesForShares);
     CAPTURE(asked.verdicts);
     CHECK(asked.verdicts.asked > kPosesForShares / 2);
     CHECK(asked.verdicts.disagreeing() < kWrong.at(kinds) + 0.05);
@@ -127,8 +128,8 @@ TEST_CASE("FCL's signed distance, which is right, says what ours say but for loc
     // EPA ends on polytopes when it has the face; on what is round near 1 um, or when it has taken
     // all its steps, which happens on spheres.
     const bool is_exact = is_polytope(kinds.first) && is_polytope(kinds.second);
-    const Asked asked = compare(kinds, 0.01, FclQuestion::signed_distance, is_exact ? 1e-9 : 1e-5,
-                                1e-3, kPosesForShares);
+    const Asked asked = compare_kinds(kinds, 0.01, FclQuestion::signed_distance,
+                                      is_exact ? 1e-9 : 1e-5, 1e-3, kPosesForShares);
     CAPTURE(asked.verdicts, asked.failed);
     CHECK(asked.verdicts.asked > kPosesForShares * 9 / 10);
     CHECK(asked.verdicts.inconsistent <= kPosesForShares / 20);
@@ -143,9 +144,9 @@ TEST_CASE("FCL's distances of shapes apart are no smaller than ours, and where l
     if (kinds == Kinds(box, box)) continue;                                 // below
     CAPTURE(word_of(kinds.first), word_of(kinds.second));
     // Of round shapes FCL's are off by up to 2 mm, since its GJK stops on slow progress.
-    const Asked asked = compare(kinds, -0.01, FclQuestion::distance, 1e-6, 1e-3);
+    const Asked asked = compare_kinds(kinds, -0.01, FclQuestion::distance, 1e-6, 1e-3);
     CAPTURE(asked.verdicts, asked.failed);
-    CHECK(asked.verdicts.asked == kPoses);
+    CHECK(asked.verdicts.asked == kOraclePoses);
     CHECK(asked.verdicts.worse == 0);
     CHECK(asked.verdicts.ours_worse == 0);
   }

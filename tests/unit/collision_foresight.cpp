@@ -5,12 +5,11 @@
 #include <utility>
 
 #include "server/collision/narrow_phase.h"
+#include "tests/unit/collision_support.h"
 
 using namespace cradle;
 
 namespace {
-
-const Shape kCube = Shape::box({0.5, 0.5, 0.5});
 
 std::span<const ContactPoint> used(const Manifold& manifold) {
   return std::span(manifold.points).first(static_cast<std::size_t>(manifold.count));

@@ -8,15 +8,6 @@ using namespace cradle;
 
 namespace {
 
-Solid hull_of_box(const Vector& half) {
-  std::vector<Vector> corners;
-  for (int k = 0; k < 8; ++k) {
-    const Vector signs(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
-    corners.push_back(half.cwiseProduct(signs));
-  }
-  return Solid(make_hull(corners).geometry);
-}
-
 /// Points are as deep as the shapes are along the normal, those of boxes but for what reaches
 /// beyond the sides of a face; and where there are none, the shapes are farther apart than the
 /// margin.

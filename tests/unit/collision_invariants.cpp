@@ -9,7 +9,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;          // m
 constexpr int kContacts = trials(2000);  // of each pair of kinds
 
 /// m and rad. Directions of curved shapes are found step by step, and so are the places; depths are

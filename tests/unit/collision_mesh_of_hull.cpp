@@ -8,8 +8,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
-
 /// Moved so that the separation along their normal is `wanted`.
 void part_by(Pair& pair, double wanted) {
   Vector n = Vector::UnitX();
@@ -40,7 +38,7 @@ struct Compared {
 
 /// Of random hulls, and shapes that are moved to the separation that `wanted` tells.
 template <class F>
-Compared compare(int trials, F&& wanted) {
+Compared compare_hulls(int trials, F&& wanted) {
   Random random(97);
   Compared compared;
   for (int trial = 0; trial < trials; ++trial) {
@@ -72,17 +70,18 @@ Compared compare(int trials, F&& wanted) {
 }  // namespace
 
 TEST_CASE("a closed mesh of a hull's faces touches what the hull touches") {
-  const Compared apart = compare(20000, [](Random& random) { return random.uniform(1e-4, 0.019); });
+  const Compared apart =
+      compare_hulls(20000, [](Random& random) { return random.uniform(1e-4, 0.019); });
   CHECK(apart.poses > 10000);
   CHECK(apart.off == 0);
   const Compared touching =
-      compare(20000, [](Random& random) { return -std::pow(10, random.uniform(-6, -3)); });
+      compare_hulls(20000, [](Random& random) { return -std::pow(10, random.uniform(-6, -3)); });
   CHECK(touching.poses > 10000);
   CHECK(touching.off * 1000 < touching.poses);  // the rims of cones at edges
   CHECK(touching.most_off_m < 1e-3);
   // Through much of what is thin.
   const Compared deep =
-      compare(20000, [](Random& random) { return -std::pow(10, random.uniform(-3, -1.3)); });
+      compare_hulls(20000, [](Random& random) { return -std::pow(10, random.uniform(-3, -1.3)); });
   CHECK(deep.poses > 10000);
   CHECK(deep.off * 100 < deep.poses);
 }

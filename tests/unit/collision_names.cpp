@@ -10,7 +10,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
 constexpr double kStep_m = 1e-4;
 constexpr double kThere_m = 1e-7;
 constexpr double kTurned = 1e-3;  // rad: beyond, something else touches

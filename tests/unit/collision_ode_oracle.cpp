@@ -7,9 +7,8 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;  // m: both try the same axes in double
 constexpr double kAngle = 1e-6;  // rad
-constexpr int kPoses = 5000;
+constexpr int kOdePoses = 5000;
 
 struct OdeAnswer {
   OtherAnswer deepest;
@@ -51,7 +50,7 @@ TEST_CASE("ODE's boxes have our normals and depths, but for ODE's and our leads 
     CAPTURE(share);
     Random random(51);
     Verdicts verdicts;
-    for (const Pair& pair : sunk_pairs(random, ShapeKind::box, ShapeKind::box, share, kPoses)) {
+    for (const Pair& pair : sunk_pairs(random, ShapeKind::box, ShapeKind::box, share, kOdePoses)) {
       const OdeAnswer answer = ask_ode(pair);
       const Manifold ours = pair.collide(1e-3);
       if (bench::parting(pair).overlap < 0) {  // passed through

@@ -12,6 +12,7 @@
 #include "tests/bench/parting.h"
 #include "tests/bench/random_poses.h"
 #include "tests/bench/solids.h"
+#include "tests/unit/collision_support.h"
 
 namespace cradle {
 

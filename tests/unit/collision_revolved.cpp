@@ -10,22 +10,22 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;      // m
-constexpr double kRounding = 2e-11;  // m, of coordinates up to 10 m
-constexpr double kMargin = 0.05;     // m
+constexpr double kRoundingOfPlaces = 2e-11;  // m, of coordinates up to 10 m
+constexpr double kWideMargin = 0.05;         // m
 
-enum class Situation { random, touching, deep, concentric, apart };
+enum class RevolvedSituation { random, touching, deep, concentric, apart };
 
 /// From a pair that overlaps as it happens to.
-Pair moved(Random& random, Pair pair, Situation situation) {
+Pair moved_apart(Random& random, Pair pair, RevolvedSituation situation) {
   const double thickness = overlap({pair.A, pair.B, {}, {}}, Vector::UnitZ());
-  if (situation == Situation::concentric) {
+  if (situation == RevolvedSituation::concentric) {
     pair.X_WB.x = pair.X_WA.x + random.vector(0.05 * thickness);
-  } else if (situation != Situation::random) {
+  } else if (situation != RevolvedSituation::random) {
     const Vector n = pair.collide(10).normal_W;
-    const double wanted = situation == Situation::touching ? 1e-6 * random.uniform(0, 1)
-                          : situation == Situation::deep   ? random.uniform(0, 0.25) * thickness
-                                                           : -random.uniform(1e-6, 0.4 * kMargin);
+    const double wanted = situation == RevolvedSituation::touching ? 1e-6 * random.uniform(0, 1)
+                          : situation == RevolvedSituation::deep
+                              ? random.uniform(0, 0.25) * thickness
+                              : -random.uniform(1e-6, 0.4 * kWideMargin);
     pair.X_WB.x += n * (overlap(pair, n) - wanted);
   }
   return pair;
@@ -40,21 +40,21 @@ TEST_CASE("cylinders and cones leave boxes and hulls by the best way of all") {
   for (const auto& [revolved, polytope] :
        {std::pair{cone, box}, std::pair{cone, hull}, std::pair{cylinder, hull}}) {
     for (int trial = 0; trial < trials(250); ++trial) {
-      const auto situation = static_cast<Situation>(trial % 5);
+      const auto situation = static_cast<RevolvedSituation>(trial % 5);
       CAPTURE(word_of(revolved), word_of(polytope), trial);
       const bool is_swapped = trial % 2 == 0;
-      const Pair pair = moved(
+      const Pair pair = moved_apart(
           random, is_swapped ? random.pair(polytope, revolved) : random.pair(revolved, polytope),
           situation);
       const double least = least_overlap_by_search(pair);
-      const Manifold manifold = pair.collide(kMargin);
+      const Manifold manifold = pair.collide(kWideMargin);
       if (manifold.count == 0) {
-        REQUIRE(least < -kMargin + kExact);
+        REQUIRE(least < -kWideMargin + kExact);
         continue;
       }
       ++contacts;
       const double along_normal = overlap(pair, manifold.normal_W);
-      REQUIRE(std::abs(deepest(manifold) - along_normal) < kRounding);
+      REQUIRE(std::abs(deepest(manifold) - along_normal) < kRoundingOfPlaces);
       REQUIRE(along_normal <= least + kExact);
     }
   }
@@ -67,7 +67,7 @@ TEST_CASE("cones leave cones and cylinders by the best way of all") {
   int contacts = 0;
   for (const ShapeKind other : {cone, cylinder}) {
     for (int trial = 0; trial < trials(500); ++trial) {
-      const auto situation = static_cast<Situation>(trial % 5);
+      const auto situation = static_cast<RevolvedSituation>(trial % 5);
       CAPTURE(word_of(other), trial);
       Pair pair = random.pair(other, cone);
       if (trial % 3 == 0) {  // axes along each other, or nearly
@@ -75,19 +75,19 @@ TEST_CASE("cones leave cones and cylinders by the best way of all") {
         pair.X_WB.R = Eigen::AngleAxisd(angle, random.direction()) * pair.X_WA.R;
         if (trial % 2 == 0) pair.X_WB.R.rightCols<2>() *= -1;
       }
-      pair = moved(random, pair, situation);
+      pair = moved_apart(random, pair, situation);
       if (trial % 7 == 0) pair.X_WB.x = pair.X_WA.x;  // in no direction from each other
       const double least = least_overlap_by_search(pair);
-      const Manifold manifold = pair.collide(kMargin);
-      const Manifold swapped = Pair{pair.B, pair.A, pair.X_WB, pair.X_WA}.collide(kMargin);
+      const Manifold manifold = pair.collide(kWideMargin);
+      const Manifold swapped = Pair{pair.B, pair.A, pair.X_WB, pair.X_WA}.collide(kWideMargin);
       REQUIRE((manifold.count == 0) == (swapped.count == 0));
       if (manifold.count == 0) {
-        REQUIRE(least < -kMargin + kExact);
+        REQUIRE(least < -kWideMargin + kExact);
         continue;
       }
       ++contacts;
       const double along_normal = overlap(pair, manifold.normal_W);
-      REQUIRE(std::abs(deepest(manifold) - along_normal) < kRounding);
+      REQUIRE(std::abs(deepest(manifold) - along_normal) < kRoundingOfPlaces);
       REQUIRE(along_normal <= least + kExact);
       REQUIRE(std::abs(deepest(swapped) - deepest(manifold)) < kExact);
       // Where two directions are as good, either will do.
@@ -118,10 +118,10 @@ TEST_CASE("discs nearly level over a face of a box or hull are as deep as told")
         pair.X_WB.R = Rotation::FromTwoVectors(Vector::UnitZ(), n).toRotationMatrix();
         pair.X_WB.x = random.vector(0.3);
         pair.X_WB.x += n * (overlap(pair, n) - random.uniform(-0.01, 0.01));
-        const Manifold manifold = pair.collide(kMargin);
+        const Manifold manifold = pair.collide(kWideMargin);
         if (manifold.count == 0) continue;  // beside the face
         ++contacts;
-        REQUIRE(std::abs(deepest(manifold) - overlap(pair, manifold.normal_W)) < kRounding);
+        REQUIRE(std::abs(deepest(manifold) - overlap(pair, manifold.normal_W)) < kRoundingOfPlaces);
       }
     }
   }
@@ -144,7 +144,7 @@ TEST_CASE("discs nearly level beside a face are as far apart from it as told") {
     // Over an edge by up to a tenth of the rim, or beside it.
     pair.X_WB.x = {half.x + radius * random.uniform(0.9, 1.01), half.y * random.uniform(-1, 1),
                    height};
-    const Manifold manifold = pair.collide(kMargin);
+    const Manifold manifold = pair.collide(kWideMargin);
     if (manifold.count == 0) continue;
     ++apart;
     REQUIRE(overlap(pair, manifold.normal_W) <= least_overlap_by_search(pair) + kExact);

@@ -3,14 +3,13 @@
 #include <cmath>
 
 #include "server/collision/narrow_phase.h"
+#include "tests/bench/poses.h"
 
 using namespace cradle;
 
 namespace {
 
 constexpr double kFar = 1000;  // m, a margin that lets all contacts through
-
-Pose at(double x, double y, double z) { return {Vector(x, y, z), Matrix::Identity()}; }
 
 void check_point(const Manifold& manifold, const Vector& n_W, double separation,
                  const Vector& p_W) {

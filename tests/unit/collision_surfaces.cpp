@@ -13,11 +13,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
-const std::vector<ShapeKind> kConvex = {ShapeKind::sphere,   ShapeKind::box,  ShapeKind::capsule,
-                                        ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid,
-                                        ShapeKind::hull};
-
 double bumps(double x, double y) { return 0.3 * std::sin(1.7 * x) * std::cos(2.1 * y + 0.3 * x); }
 
 std::vector<Manifold> touch(const Solid& ground, const Pose& X_WS, const Solid& body,

@@ -10,17 +10,17 @@ namespace cradle {
 namespace {
 
 using namespace std::chrono_literals;
-using Kind = ReceiveWindow::Verdict::Kind;
+using VerdictKind = ReceiveWindow::Verdict::Kind;
 using Time = SendWindow::Time;
 
 constexpr std::int64_t kClient = 7;
-constexpr Time kStart{1000h};
+constexpr Time kWindowStart{1000h};
 
 /// A command that tells its sequence again in its body.
-Command command(std::int64_t sequence) {
+Command numbered(std::int64_t sequence) {
   return {{kClient, sequence, 9, 0}, SetGravity{{static_cast<double>(sequence), 0, 0}}};
 }
-Bytes payload(std::int64_t sequence) { return encode(command(sequence)); }
+Bytes payload(std::int64_t sequence) { return encode(numbered(sequence)); }
 
 Receipt receipt(std::int64_t sequence, Result result = Result::ok) {
   return {kClient, sequence, 100 + sequence, {result, {1000 + sequence}, 0}};
@@ -29,15 +29,15 @@ Receipt receipt(std::int64_t sequence, Result result = Result::ok) {
 /// Brings 1 .. last to the window and answers each with ok.
 void answer_up_to(ReceiveWindow& window, std::int64_t last) {
   for (std::int64_t sequence = window.next(); sequence <= last; ++sequence) {
-    window.arrive(command(sequence));
+    window.arrive(numbered(sequence));
     REQUIRE(window.take_next());
     window.keep(receipt(sequence));
   }
 }
 
 Result answer_to(ReceiveWindow& window, std::int64_t sequence) {
-  const auto verdict = window.arrive(command(sequence));
-  REQUIRE(verdict.kind == Kind::answered);
+  const auto verdict = window.arrive(numbered(sequence));
+  REQUIRE(verdict.kind == VerdictKind::answered);
   CHECK(verdict.receipt.client == kClient);
   CHECK(verdict.receipt.sequence == sequence);
   return verdict.receipt.outcome.result;
@@ -90,7 +90,7 @@ struct Server {
     for (const Bytes& datagram : datagrams) {
       auto arrived = decode_command(MessageKind::set_gravity, datagram);
       const auto verdict = window.arrive(std::move(arrived.value()));
-      if (verdict.kind == Kind::answered) answers.push_back(verdict.receipt);
+      if (verdict.kind == VerdictKind::answered) answers.push_back(verdict.receipt);
       while (const auto next = window.take_next()) fresh.push_back(next->header.sequence);
     }
     for (const std::int64_t sequence : fresh) {
@@ -119,16 +119,16 @@ TEST_CASE("every command is taken once, in order, and answered, whatever the wir
     Server server;
     SendWindow client;
     std::vector<int> answers(kCommands + 1, 0);
-    Time now = kStart;
+    Time now = kWindowStart;
     for (; client.next_sequence() <= kCommands || client.size() > 0; now += 4ms) {
-      REQUIRE(now < kStart + 10min);
+      REQUIRE(now < kWindowStart + 10min);
       for (int i = 0; i < 3 && client.has_room() && client.next_sequence() <= kCommands; ++i) {
         client.add(MessageKind::set_gravity, payload(client.next_sequence()), now);
       }
       client.send_due(now, [&](MessageKind, ByteView bytes) {
         to_server.send(now, Bytes(bytes.begin(), bytes.end()));
       });
-      if ((now - kStart) % 16ms == 0ms) {
+      if ((now - kWindowStart) % 16ms == 0ms) {
         for (const Receipt& r : server.do_tick(to_server.arrived(now))) {
           REQUIRE(r.outcome.result != Result::gap);  // an honest client stays within the window
           to_client.send(now, r);
@@ -154,39 +154,39 @@ TEST_CASE("every command is taken once, in order, and answered, whatever the wir
 TEST_CASE("commands behind a gap are held up to the window's end, and refused beyond it") {
   ReceiveWindow window(1);
   const std::int64_t end = 1 + limits::kHeldCommands;
-  CHECK(window.arrive(command(end - 1)).kind == Kind::held);
+  CHECK(window.arrive(numbered(end - 1)).kind == VerdictKind::held);
   CHECK(answer_to(window, end) == Result::gap);
   CHECK(answer_to(window, limits::kIntegerMax) == Result::gap);
   CHECK(!window.take_next());
   for (std::int64_t sequence = 2; sequence < end - 1; ++sequence) {
-    CHECK(window.arrive(command(sequence)).kind == Kind::held);
+    CHECK(window.arrive(numbered(sequence)).kind == VerdictKind::held);
   }
   CHECK(window.held().size() == static_cast<std::size_t>(limits::kHeldCommands - 1));
-  CHECK(window.arrive(command(1)).kind == Kind::in_order);
+  CHECK(window.arrive(numbered(1)).kind == VerdictKind::in_order);
   for (std::int64_t sequence = 1; sequence < end; ++sequence) {
-    CHECK(window.take_next() == command(sequence));
+    CHECK(window.take_next() == numbered(sequence));
   }
   CHECK(!window.take_next());
-  CHECK(window.arrive(command(end)).kind == Kind::in_order);  // refused before, taken now
+  CHECK(window.arrive(numbered(end)).kind == VerdictKind::in_order);  // refused before, taken now
 }
 
 TEST_CASE("of a command that comes twice while it is held, the first is taken") {
   ReceiveWindow window(1);
-  Command first = command(2), second = command(2);
+  Command first = numbered(2), second = numbered(2);
   second.body = SetGravity{{-1, -1, -1}};
-  CHECK(window.arrive(Command(first)).kind == Kind::held);
-  CHECK(window.arrive(std::move(second)).kind == Kind::held);
-  window.arrive(command(1));
-  CHECK(window.take_next() == command(1));
+  CHECK(window.arrive(Command(first)).kind == VerdictKind::held);
+  CHECK(window.arrive(std::move(second)).kind == VerdictKind::held);
+  window.arrive(numbered(1));
+  CHECK(window.take_next() == numbered(1));
   CHECK(window.take_next() == first);
   CHECK(!window.take_next());
 }
 
 TEST_CASE("a command repeated before its answer is given is neither taken again nor expired") {
   ReceiveWindow window(1);
-  window.arrive(command(1));
+  window.arrive(numbered(1));
   REQUIRE(window.take_next());
-  CHECK(window.arrive(command(1)).kind == Kind::held);
+  CHECK(window.arrive(numbered(1)).kind == VerdictKind::held);
   CHECK(!window.take_next());
   window.keep(receipt(1, Result::unknown_body));
   CHECK(answer_to(window, 1) == Result::unknown_body);
@@ -195,21 +195,21 @@ TEST_CASE("a command repeated before its answer is given is neither taken again 
 TEST_CASE("the last 1024 answers are repeated, older ones have expired") {
   ReceiveWindow window(1);
   answer_up_to(window, limits::kReceiptsKept);
-  CHECK(window.arrive(command(1)).receipt == receipt(1));
+  CHECK(window.arrive(numbered(1)).receipt == receipt(1));
   answer_up_to(window, limits::kReceiptsKept + 1);
   CHECK(answer_to(window, 1) == Result::expired);
-  CHECK(window.arrive(command(2)).receipt == receipt(2));
+  CHECK(window.arrive(numbered(2)).receipt == receipt(2));
 }
 
 TEST_CASE("what is before the client's first command is of one that it has superseded") {
   ReceiveWindow window(50);
   CHECK(answer_to(window, 49) == Result::superseded);
-  CHECK(window.arrive(command(50)).kind == Kind::in_order);
+  CHECK(window.arrive(numbered(50)).kind == VerdictKind::in_order);
 }
 
 TEST_CASE("a queued command is told so until its final answer, however many come between") {
   ReceiveWindow window(1);
-  window.arrive(command(1));
+  window.arrive(numbered(1));
   window.take_next();
   window.keep(receipt(1, Result::queued));
   answer_up_to(window, 3 * limits::kReceiptsKept);
@@ -226,15 +226,15 @@ TEST_CASE("a client has room for as many commands as the server takes, counted f
   SendWindow client;
   const auto fill = [&] {
     int added = 0;
-    for (; client.has_room(); ++added) client.add(MessageKind::set_gravity, {}, kStart);
+    for (; client.has_room(); ++added) client.add(MessageKind::set_gravity, {}, kWindowStart);
     return added;
   };
   CHECK(fill() == limits::kHeldCommands);
-  client.answer(receipt(2), kStart);
+  client.answer(receipt(2), kWindowStart);
   CHECK(fill() == 0);  // the oldest is still unanswered
-  client.answer(receipt(1), kStart);
+  client.answer(receipt(1), kWindowStart);
   CHECK(fill() == 2);
-  client.answer(receipt(3, Result::queued), kStart);
+  client.answer(receipt(3, Result::queued), kWindowStart);
   CHECK(fill() == 1);  // the server has it, so its window has moved on
   CHECK(client.is_pending(3));
 }
@@ -244,7 +244,7 @@ TEST_CASE("a full window that arrives in any order meets no gap") {
   std::vector<std::int64_t> sequences;
   while (client.has_room()) {
     sequences.push_back(client.next_sequence());
-    client.add(MessageKind::set_gravity, {}, kStart);
+    client.add(MessageKind::set_gravity, {}, kWindowStart);
   }
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     std::mt19937_64 random(seed);
@@ -253,7 +253,7 @@ TEST_CASE("a full window that arrives in any order meets no gap") {
     ReceiveWindow server(1);
     int taken = 0;
     for (const std::int64_t sequence : sequences) {
-      CHECK(server.arrive(command(sequence)).kind != Kind::answered);
+      CHECK(server.arrive(numbered(sequence)).kind != VerdictKind::answered);
       while (server.take_next()) ++taken;
     }
     CHECK(taken == limits::kHeldCommands);
@@ -262,7 +262,7 @@ TEST_CASE("a full window that arrives in any order meets no gap") {
 
 TEST_CASE("a command is sent at once, again after growing pauses, and never after its answer") {
   SendWindow client;
-  client.add(MessageKind::set_gravity, payload(1), kStart);
+  client.add(MessageKind::set_gravity, payload(1), kWindowStart);
   std::vector<Time> sends;
   int resends = 0;
   const auto live_until = [&](Time end, Time now) {
@@ -274,18 +274,18 @@ TEST_CASE("a command is sent at once, again after growing pauses, and never afte
       });
     }
   };
-  live_until(kStart + 5s, kStart);
+  live_until(kWindowStart + 5s, kWindowStart);
   REQUIRE(sends.size() > 10);
   CHECK(sends.size() < 50);  // no storm: ten a second at most
   CHECK(resends == static_cast<int>(sends.size()) - 1);
-  CHECK(sends[0] == kStart);
+  CHECK(sends[0] == kWindowStart);
   for (std::size_t i = 2; i < sends.size(); ++i) {
     CHECK(sends[i] - sends[i - 1] >= sends[i - 1] - sends[i - 2]);
     CHECK(sends[i] - sends[i - 1] <= 1s);  // a client is forgotten after ten
   }
-  CHECK(client.answer(receipt(1), kStart + 5s) == SendWindow::Duration(5s));
+  CHECK(client.answer(receipt(1), kWindowStart + 5s) == SendWindow::Duration(5s));
   const std::size_t before = sends.size();
-  live_until(kStart + 10s, kStart + 5s);
+  live_until(kWindowStart + 10s, kWindowStart + 5s);
   CHECK(sends.size() == before);
 }
 
@@ -295,7 +295,7 @@ namespace {
 struct Conversation {
   SendWindow client;
   std::int64_t sequence = 0;
-  Time now = kStart;
+  Time now = kWindowStart;
 
   int send_due() {
     return client.send_due(now, [](MessageKind, ByteView) {});
@@ -382,35 +382,39 @@ TEST_CASE("in silence only the oldest are sent again") {
 
 TEST_CASE("commands due together are sent oldest first") {
   SendWindow client;
-  for (std::int64_t s = 1; s <= 5; ++s) client.add(MessageKind::set_gravity, payload(s), kStart);
+  for (std::int64_t s = 1; s <= 5; ++s)
+    client.add(MessageKind::set_gravity, payload(s), kWindowStart);
   std::vector<Bytes> sent;
-  client.send_due(
-      kStart, [&](MessageKind, ByteView bytes) { sent.emplace_back(bytes.begin(), bytes.end()); });
+  client.send_due(kWindowStart, [&](MessageKind, ByteView bytes) {
+    sent.emplace_back(bytes.begin(), bytes.end());
+  });
   CHECK(sent == std::vector<Bytes>{payload(1), payload(2), payload(3), payload(4), payload(5)});
 }
 
 TEST_CASE("queued, gap and busy leave a command pending, its final answer counts once") {
   SendWindow client;
-  client.add(MessageKind::set_gravity, payload(1), kStart);
+  client.add(MessageKind::set_gravity, payload(1), kWindowStart);
   for (const Result result : {Result::gap, Result::busy, Result::queued}) {
-    CHECK(!client.answer(receipt(1, result), kStart + 1ms));
+    CHECK(!client.answer(receipt(1, result), kWindowStart + 1ms));
     CHECK(client.is_pending(1));
   }
-  CHECK(client.answer(receipt(1, Result::unknown_body), kStart + 3ms) == SendWindow::Duration(3ms));
-  CHECK(!client.answer(receipt(1), kStart + 4ms));
-  CHECK(!client.answer(receipt(2), kStart + 4ms));  // never sent
+  CHECK(client.answer(receipt(1, Result::unknown_body), kWindowStart + 3ms) ==
+        SendWindow::Duration(3ms));
+  CHECK(!client.answer(receipt(1), kWindowStart + 4ms));
+  CHECK(!client.answer(receipt(2), kWindowStart + 4ms));  // never sent
   CHECK(client.size() == 0);
 }
 
 TEST_CASE("a restart gives up what is pending, and numbers go on") {
   SendWindow client;
-  for (std::int64_t s = 1; s <= 4; ++s) client.add(MessageKind::set_gravity, payload(s), kStart);
-  client.answer(receipt(2), kStart);
+  for (std::int64_t s = 1; s <= 4; ++s)
+    client.add(MessageKind::set_gravity, payload(s), kWindowStart);
+  client.answer(receipt(2), kWindowStart);
   client.restart();
   CHECK(client.next_sequence() == 5);
   CHECK(client.size() == 0);
-  CHECK(!client.answer(receipt(3), kStart));
-  client.add(MessageKind::set_gravity, payload(5), kStart);
+  CHECK(!client.answer(receipt(3), kWindowStart));
+  client.add(MessageKind::set_gravity, payload(5), kWindowStart);
   CHECK(client.is_pending(5));
 }
 

@@ -12,11 +12,11 @@
 namespace cradle {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 /// A weightless world, ten ticks a second, and how time runs in it.
-struct Scene {
-  explicit Scene(const WorldSettings& s = weightless(10)) : world(s) {}
+struct CommandScene {
+  explicit CommandScene(const WorldSettings& s = weightless(10)) : world(s) {}
 
   World world;
   RunState run;
@@ -48,7 +48,7 @@ Wrench force(BodyId body, const Vec3& value) {
 }  // namespace
 
 TEST_CASE("spawning makes the bodies, with consecutive ids from the receipt's on") {
-  Scene scene;
+  CommandScene scene;
   CHECK(scene.apply(Spawn{{ball(1, {})}}) == Outcome{Result::ok, {1}, 0});
   CHECK(scene.apply(Spawn{{ball(1, {5, 0, 0}), ball(1, {9, 0, 0})}}) ==
         Outcome{Result::ok, {2}, 0});
@@ -57,7 +57,7 @@ TEST_CASE("spawning makes the bodies, with consecutive ids from the receipt's on
 }
 
 TEST_CASE("despawning removes the bodies, whose ids are not used again") {
-  Scene scene;
+  CommandScene scene;
   scene.apply(Spawn{{ball(1, {}), ball(1, {5, 0, 0})}});
   CHECK(scene.result(Despawn{{{2}}}) == Result::ok);
   CHECK(scene.world.body_count() == 1);
@@ -67,7 +67,7 @@ TEST_CASE("despawning removes the bodies, whose ids are not used again") {
 }
 
 TEST_CASE("pushing accelerates the body until its wrenches are cleared") {
-  Scene scene;
+  CommandScene scene;
   const BodyId body = scene.apply(Spawn{{ball(1, {})}}).body;  // 1 kg
   Wrench lasting = force(body, {2, 0, 0});
   lasting.duration = WrenchDuration::until_cleared;
@@ -82,7 +82,7 @@ TEST_CASE("pushing accelerates the body until its wrenches are cleared") {
 }
 
 TEST_CASE("a motion sets pose, velocity or both") {
-  Scene scene;
+  CommandScene scene;
   const BodyId body = scene.apply(Spawn{{ball(1, {1, 0, 0}, {0, 1, 0})}}).body;
   const Motion pose{body, true, false, {0, 0, 9}, {0, 1, 0, 0}, {7, 7, 7}, {7, 7, 7}};
   CHECK(scene.result(SetMotion{{pose}}) == Result::ok);
@@ -97,7 +97,7 @@ TEST_CASE("a motion sets pose, velocity or both") {
 }
 
 TEST_CASE("gravity and hello are answered with ok, gravity changes") {
-  Scene scene;
+  CommandScene scene;
   CHECK(scene.result(Hello{kProtocolVersion, "me"}) == Result::ok);
   CHECK(scene.result(SetGravity{{0, 0, -1.62}}) == Result::ok);
   CHECK(scene.world.gravity_W() == Vec3{0, 0, -1.62});
@@ -107,7 +107,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
   WorldSettings settings = weightless();
   settings.bodies_max = 4;
   settings.wrenches_max = 2;
-  Scene scene(settings);
+  CommandScene scene(settings);
   BodySpec named = ball(1, {});
   named.name = "only one";
   const BodyId fixed = scene.apply(Spawn{{ground()}}).body;
@@ -119,7 +119,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
   const BodyId none{99};
   const BodySpec fine = ball(1, {5, 5, 5});
   BodySpec sad = fine, namesake = fine, heavy = fine;
-  sad.p_WBo.y = kNaN;
+  sad.p_WBo.y = kNotANumber;
   namesake.name = "only one";
   heavy.mass_kg = 0;
   heavy.density_kgpm3 = 1e15;  // each number is within its limits, their product is not
@@ -129,7 +129,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
   torque_at_point.point_kind = WrenchPoint::world_point;
   const Motion still{body, false, true, {}, {}, {}, {}};
   Motion mad = still;
-  mad.w_WB.x = kNaN;
+  mad.w_WB.x = kNotANumber;
 
   const struct {
     CommandBody command;
@@ -144,7 +144,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
       {Despawn{}, {Result::malformed, {}, 0}},
       {Despawn{{body, none}}, {Result::unknown_body, {}, 1}},
       {Push{}, {Result::malformed, {}, 0}},
-      {Push{{good, force(body, {kNaN, 0, 0})}}, {Result::not_finite, {}, 1}},
+      {Push{{good, force(body, {kNotANumber, 0, 0})}}, {Result::not_finite, {}, 1}},
       {Push{{good, torque_at_point}}, {Result::bad_wrench, {}, 1}},
       {Push{{force(none, {1, 0, 0})}}, {Result::unknown_body, {}, 0}},
       {Push{{force(fixed, {1, 0, 0})}}, {Result::wrong_kind, {}, 0}},
@@ -154,7 +154,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
       {SetMotion{{still, Motion{none, true, false, {}, {}, {}, {}}}},
        {Result::unknown_body, {}, 1}},
       {SetMotion{{Motion{fixed, false, true, {}, {}, {}, {}}}}, {Result::wrong_kind, {}, 0}},
-      {SetGravity{{0, 0, kNaN}}, {Result::not_finite, {}, 0}},
+      {SetGravity{{0, 0, kNotANumber}}, {Result::not_finite, {}, 0}},
       {SetGravity{{0, 0, -1e9}}, {Result::out_of_range, {}, 0}},
       {Control{ControlAction::step, 1}, {Result::not_allowed, {}, 0}},
       {Control{ControlAction::shutdown, 0}, {Result::not_allowed, {}, 0}},
@@ -172,7 +172,7 @@ TEST_CASE("a refused command says why and changes nothing, a batch with one faul
 }
 
 TEST_CASE("pause stops time, resume lets it run, doing so twice is no fault") {
-  Scene scene;
+  CommandScene scene;
   CHECK(scene.run_on(5) == 5);
   for (int i = 0; i < 2; ++i) {
     CHECK(scene.result(Control{ControlAction::pause, 0}) == Result::ok);
@@ -187,7 +187,7 @@ TEST_CASE("pause stops time, resume lets it run, doing so twice is no fault") {
 TEST_CASE("step commands are for a world that stands still, queued, and follow each other") {
   for (const bool lockstep : {false, true}) {
     CAPTURE(lockstep);
-    Scene scene;
+    CommandScene scene;
     scene.world.step();
     scene.run.lockstep = lockstep;
     if (!lockstep) {
@@ -210,7 +210,7 @@ TEST_CASE("step commands are for a world that stands still, queued, and follow e
 }
 
 TEST_CASE("as many step commands can wait as a client may queue commands") {
-  Scene scene;
+  CommandScene scene;
   scene.run.paused = true;
   const Control step{ControlAction::step, 1};
   for (int i = 0; i < limits::kQueuedCommands; ++i) REQUIRE(scene.result(step) == Result::queued);
@@ -219,7 +219,7 @@ TEST_CASE("as many step commands can wait as a client may queue commands") {
 }
 
 TEST_CASE("what the configuration forbids is not allowed, and nothing else is") {
-  Scene scene;
+  CommandScene scene;
   const auto result = [&scene](ControlAction action, bool control, bool shutdown) {
     scene.run = {};
     scene.run.lockstep = true;

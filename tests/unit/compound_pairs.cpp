@@ -7,8 +7,6 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
-
 CompoundPart part_of(const Solid& solid, const Vector& p, const Rotation& q) {
   const Shape shape = solid.geometry ? Shape{ShapeKind::hull, {}} : solid.shape;
   return {shape, solid.geometry, p, q, 1000};
@@ -30,7 +28,7 @@ struct Wrapped {
   Collider collider() const { return {shape, X_WB, geometry.get()}; }
 };
 
-bool is_same(const Manifold& a, const Manifold& b, double tolerance) {
+bool is_same_manifold(const Manifold& a, const Manifold& b, double tolerance) {
   if (a.count != b.count || (a.normal_W - b.normal_W).norm() > tolerance) return false;
   return std::ranges::all_of(points(a), [&](const ContactPoint& p) {
     return std::ranges::any_of(points(b), [&](const ContactPoint& q) {
@@ -85,8 +83,8 @@ TEST_CASE("a compound of one part touches every kind as its part does") {
       REQUIRE(found_B.size() == (alone_B.count > 0 ? 1 : 0));
       if (alone.count == 0) continue;
       ++contacts;
-      REQUIRE(is_same(found[0], alone, 1e-12));
-      REQUIRE(is_same(found_B[0], alone_B, 1e-12));
+      REQUIRE(is_same_manifold(found[0], alone, 1e-12));
+      REQUIRE(is_same_manifold(found_B[0], alone_B, 1e-12));
       REQUIRE(found[0].part == 0);
     }
     CHECK(contacts == trials(300));
@@ -132,7 +130,7 @@ TEST_CASE("a compound's contacts are those of all its parts, in their order") {
     REQUIRE(found.size() == expected.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
       REQUIRE(found[k].part == expected[k].part);
-      REQUIRE(is_same(found[k], expected[k], 0x1p-1000));  // the same bits
+      REQUIRE(is_same_manifold(found[k], expected[k], 0x1p-1000));  // the same bits
     }
     contacts += static_cast<int>(found.size());
     const auto swapped = manifolds_of({kCompound, X_WB, geometries[1].get()},

@@ -98,12 +98,12 @@ Scene random_scene(std::mt19937_64& random) {
 }
 
 /// Largest distance of a point of the body's, and angle between the attitudes.
-struct Difference {
+struct Gap {
   double distance_m = 0, angle_rad = 0;
 };
 /// Of points at `reach_m` from Bo, all around, and Bo. Differences are taken before coordinates are
 /// added: beside a place of 200 m they would be rounded away.
-Difference difference(const BodyState& a, const BodyState& b, double reach_m) {
+Gap difference(const BodyState& a, const BodyState& b, double reach_m) {
   const Rotation turn = to_eigen(a.q_WB).conjugate() * to_eigen(b.q_WB);
   const Vector apart = to_eigen(a.q_WB).conjugate() * (to_eigen(a.p_WBo) - to_eigen(b.p_WBo));
   const Vector axis = (turn.w() < 0 ? -2.0 : 2.0) * turn.vec();
@@ -133,7 +133,7 @@ struct Both {
     explanation.step(here);
     full.step(here);
   }
-  Difference difference_of(std::size_t body) const {
+  Gap difference_of(std::size_t body) const {
     BodyState a, b;
     REQUIRE(lean.world().find(lean.id(body), a));
     REQUIRE(full.world().find(full.id(body), b));
@@ -154,12 +154,12 @@ bool is_pushed_along(const Scene& scene, std::size_t body) {
 }
 
 /// What was seen of a kind of body, and what the bounds said.
-struct Kind {
+struct DifferenceKind {
   const char* what;
-  Difference seen, bound;                // the largest
+  Gap seen, bound;                       // the largest
   std::vector<double> ratios, ratios_m;  // bound to difference, of bodies that differ
 
-  void add(const Difference& s, const Explanation::Bound& b) {
+  void add(const Gap& s, const Explanation::Bound& b) {
     seen = {std::fmax(seen.distance_m, s.distance_m), std::fmax(seen.angle_rad, s.angle_rad)};
     bound = {std::fmax(bound.distance_m, b.distance_m), std::fmax(bound.angle_rad, b.angle_rad)};
     if (s.angle_rad > 0) ratios.push_back(b.angle_rad / s.angle_rad);
@@ -178,8 +178,9 @@ double median(std::vector<double> values) {
 
 TEST_CASE("what a body does without keeps within its bound, over 1000 random scenes") {
   std::mt19937_64 random(7);
-  Kind still{"does not turn", {}, {}, {}, {}}, steady{"turns evenly", {}, {}, {}, {}};
-  Kind tumbling{"tumbles", {}, {}, {}, {}}, pushed{"pushed along its axes", {}, {}, {}, {}};
+  DifferenceKind still{"does not turn", {}, {}, {}, {}}, steady{"turns evenly", {}, {}, {}, {}};
+  DifferenceKind tumbling{"tumbles", {}, {}, {}, {}},
+      pushed{"pushed along its axes", {}, {}, {}, {}};
   std::int64_t unknown = 0;
   for (int number = 0; number < 1000; ++number) {
     CAPTURE(number);
@@ -196,21 +197,21 @@ TEST_CASE("what a body does without keeps within its bound, over 1000 random sce
         ++unknown;
         continue;
       }
-      const Difference seen = both.difference_of(i);
+      const Gap seen = both.difference_of(i);
       CAPTURE(i, 1e15 * seen.angle_rad, 1e15 * bound.angle_rad);
       CAPTURE(1e15 * seen.distance_m, 1e15 * bound.distance_m);
       REQUIRE(seen.angle_rad <= bound.angle_rad);
       REQUIRE(seen.distance_m <= bound.distance_m);
       const Turn turn = both.lean.world().accounts()[i].need.turn;
-      Kind& kind = is_pushed_along(scene, i) ? pushed
-                   : turn == Turn::none      ? still
-                   : turn == Turn::steady    ? steady
-                                             : tumbling;
+      DifferenceKind& kind = is_pushed_along(scene, i) ? pushed
+                             : turn == Turn::none      ? still
+                             : turn == Turn::steady    ? steady
+                                                       : tumbling;
       kind.add(seen, bound);
     }
   }
   CHECK(unknown < 10);
-  for (const Kind* kind : {&still, &steady, &tumbling, &pushed}) {
+  for (const DifferenceKind* kind : {&still, &steady, &tumbling, &pushed}) {
     CAPTURE(kind->what, 1e15 * kind->seen.angle_rad, 1e15 * kind->bound.angle_rad);
     CAPTURE(1e15 * kind->seen.distance_m, 1e15 * kind->bound.distance_m);
     CAPTURE(median(kind->ratios), median(kind->ratios_m));
@@ -259,7 +260,7 @@ TEST_CASE("what is left out is counted, and what is exact has no error") {
   CHECK(both.explanation.one_by_one() == 0);
   CHECK(saving(Omission::common_rate).angle_rad > 1e-12);
   CHECK(saving(Omission::torque_series).angle_rad == 0);
-  const Difference of_point = both.difference_of(0);
+  const Gap of_point = both.difference_of(0);
   CHECK(of_point.distance_m == 0);  // to the last bit
   CHECK(both.explanation.steps_most() == 1);
 
@@ -337,7 +338,7 @@ TEST_CASE("a slow ball beside a fast body keeps within its bound") {
         if (tick % 60 != 0) continue;
         Explanation::Bound bound;
         REQUIRE(both.explanation.bound(0, bound));
-        const Difference seen = both.difference_of(0);
+        const Gap seen = both.difference_of(0);
         CAPTURE(speed, tick, 1e15 * seen.angle_rad, 1e15 * bound.angle_rad);
         CHECK(seen.angle_rad <= bound.angle_rad);
         CHECK(seen.distance_m <= bound.distance_m);

@@ -14,7 +14,7 @@ TEST_CASE("what a planar world does without keeps within its bound, over 200 ran
   for (int number = 0; number < 200; ++number) {
     CAPTURE(number);
     Scene scene;
-    scene.settings = flat({0, -9.81, 0});
+    scene.settings = planar_settings({0, -9.81, 0});
     for (std::size_t i = 0; i < 4; ++i) {
       scene.bodies.push_back(random_planar_body(random));
       if (random() % 2 == 0) scene.wrenches.push_back({1, i, random_planar_wrench(random, {})});

@@ -22,7 +22,6 @@
 namespace cradle {
 namespace {
 
-constexpr double kMargin = 0.02;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kWandering_m = 5e-3;   // a point that is nearer is the same
 constexpr double kSeparation_m = 1e-4;  // what a kept separation may be off

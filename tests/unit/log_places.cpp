@@ -7,10 +7,10 @@
 namespace cradle {
 namespace {
 
-constexpr std::int64_t kSecond_us = 1'000'000;
+constexpr std::int64_t kOneSecond_us = 1'000'000;
 
 /// Two places and what they wrote.
-struct Log {
+struct PlacesLog {
   std::vector<std::string> lines;
   LogPlaces places{[this](LogLevel, std::string_view message, std::span<const LogField> fields) {
     lines.emplace_back(message);
@@ -34,31 +34,31 @@ using Lines = std::vector<std::string>;
 }  // namespace
 
 TEST_CASE("a place writes ten lines in ten seconds and then tells how many more there were") {
-  Log log;
-  log.repeat(13, 5 * kSecond_us);
+  PlacesLog log;
+  log.repeat(13, 5 * kOneSecond_us);
   CHECK(log.take() == Lines(10, "noise"));
   CHECK(log.places.left_out() == 3);
-  log.repeat(2, 15 * kSecond_us - 1);
+  log.repeat(2, 15 * kOneSecond_us - 1);
   CHECK(log.take().empty());
-  log.repeat(1, 15 * kSecond_us);  // a new interval
+  log.repeat(1, 15 * kOneSecond_us);  // a new interval
   CHECK(log.take() == Lines{"5 more like this: noise", "noise"});
   CHECK(log.places.left_out() == 5);
 }
 
 TEST_CASE("what was left out is told when the interval is over, even if nothing more comes") {
-  Log log;
+  PlacesLog log;
   log.repeat(11, 0);
   log.take();
-  log.places.tell_due(10 * kSecond_us - 1);
+  log.places.tell_due(10 * kOneSecond_us - 1);
   CHECK(log.take().empty());
-  log.places.tell_due(10 * kSecond_us);
+  log.places.tell_due(10 * kOneSecond_us);
   CHECK(log.take() == Lines{"1 more like this: noise"});
-  log.places.tell_due(30 * kSecond_us);
+  log.places.tell_due(30 * kOneSecond_us);
   CHECK(log.take().empty());
 }
 
 TEST_CASE("what was left out is told at the end") {
-  Log log;
+  PlacesLog log;
   log.repeat(12, 0);
   log.take();
   log.places.tell_all();
@@ -66,7 +66,7 @@ TEST_CASE("what was left out is told at the end") {
 }
 
 TEST_CASE("one place does not silence another") {
-  Log log;
+  PlacesLog log;
   log.repeat(100, 0);
   log.take();
   log.calm.write(0, {{"name", "ann"}});
@@ -74,9 +74,9 @@ TEST_CASE("one place does not silence another") {
 }
 
 TEST_CASE("ten lines an interval pass for good, and nothing is told of") {
-  Log log;
+  PlacesLog log;
   for (int k = 0; k < 5; ++k) {
-    log.repeat(10, 10 * k * kSecond_us);
+    log.repeat(10, 10 * k * kOneSecond_us);
     CHECK(log.take() == Lines(10, "noise"));
   }
   CHECK(log.places.left_out() == 0);

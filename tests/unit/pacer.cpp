@@ -10,10 +10,10 @@ namespace cradle {
 namespace {
 
 using namespace std::chrono_literals;
-using Time = Pacer::Clock::time_point;
+using PacerTime = Pacer::Clock::time_point;
 using Duration = Pacer::Clock::duration;
 
-constexpr Time kStart{1000h};
+constexpr PacerTime kPacerStart{1000h};
 
 double seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 Duration period_of(double rate_hz) {
@@ -25,12 +25,12 @@ Duration period_of(double rate_hz) {
 TEST_CASE("a million deadlines at awkward rates do not drift by a nanosecond") {
   for (const double rate_hz : {1.0, 60.0, 144.0, 999.9, 1000.0 / 7, 10'000.0}) {
     CAPTURE(rate_hz);
-    Pacer pacer(rate_hz, kStart);
+    Pacer pacer(rate_hz, kPacerStart);
     std::int64_t worst_ns = 0;
     for (std::int64_t k = 1; k <= 1'000'000; ++k) {
       // Tick k is due k / rate after the start; long double holds that to 1e-4 ns.
       const auto due_ns = static_cast<long double>(k) / static_cast<long double>(rate_hz) * 1e9L;
-      const auto off_ns = (pacer.deadline() - kStart).count() - std::llround(due_ns);
+      const auto off_ns = (pacer.deadline() - kPacerStart).count() - std::llround(due_ns);
       worst_ns = std::max<std::int64_t>(worst_ns, std::abs(off_ns));
       pacer.begin_tick(pacer.deadline() + 20us);  // always a little late, as sleeping is
     }
@@ -41,12 +41,12 @@ TEST_CASE("a million deadlines at awkward rates do not drift by a nanosecond") {
 
 TEST_CASE("a tick up to one period late is made up for, a later one moves the schedule") {
   const Duration period = 10ms;
-  Pacer pacer(100, kStart);
+  Pacer pacer(100, kPacerStart);
   pacer.begin_tick(pacer.deadline() + period);
   CHECK(pacer.overruns() == 0);
-  CHECK(pacer.deadline() == kStart + 2 * period);
+  CHECK(pacer.deadline() == kPacerStart + 2 * period);
 
-  const Time late = pacer.deadline() + period + 1ns;
+  const PacerTime late = pacer.deadline() + period + 1ns;
   pacer.begin_tick(late);
   CHECK(pacer.overruns() == 1);
   CHECK(pacer.deadline() == late + period);
@@ -59,9 +59,9 @@ TEST_CASE("after a stall of any length there is no burst of ticks to catch up") 
     std::mt19937_64 random(seed);
     const double rate_hz = 144;
     const double period_s = 1 / rate_hz;
-    Pacer pacer(rate_hz, kStart);
-    Time now = kStart;
-    std::deque<Time> begins;
+    Pacer pacer(rate_hz, kPacerStart);
+    PacerTime now = kPacerStart;
+    std::deque<PacerTime> begins;
     for (int k = 0; k < 5000; ++k) {
       now = std::max(now, pacer.deadline());
       pacer.begin_tick(now);
@@ -81,10 +81,10 @@ TEST_CASE("after a stall of any length there is no burst of ticks to catch up") 
 
 TEST_CASE("ticks that cost twice their period slow simulated time by half") {
   const double rate_hz = 100;
-  Pacer pacer(rate_hz, kStart);
-  Time now = kStart;
+  Pacer pacer(rate_hz, kPacerStart);
+  PacerTime now = kPacerStart;
   std::int64_t ticks = 0;
-  while (now < kStart + 100s) {
+  while (now < kPacerStart + 100s) {
     now = std::max(now, pacer.deadline());
     pacer.begin_tick(now);
     ++ticks;
@@ -96,20 +96,21 @@ TEST_CASE("ticks that cost twice their period slow simulated time by half") {
 }
 
 TEST_CASE("the real-time factor is simulated over wall time of the last second or more") {
-  Pacer pacer(100, kStart);
-  CHECK(pacer.real_time_factor(0, kStart) == 1);  // nothing is known yet
-  CHECK(pacer.real_time_factor(20, kStart + 500ms) == 1);
-  CHECK(pacer.real_time_factor(50, kStart + 1s) == Approx(0.5));
-  CHECK(pacer.real_time_factor(150, kStart + 1500ms) == Approx(0.5));  // too short a span to tell
-  CHECK(pacer.real_time_factor(250, kStart + 3s) == Approx(1.0));      // 200 ticks in 2 s
-  CHECK(pacer.real_time_factor(250, kStart + 5s) == Approx(0.0).margin(1e-12));
+  Pacer pacer(100, kPacerStart);
+  CHECK(pacer.real_time_factor(0, kPacerStart) == 1);  // nothing is known yet
+  CHECK(pacer.real_time_factor(20, kPacerStart + 500ms) == 1);
+  CHECK(pacer.real_time_factor(50, kPacerStart + 1s) == Approx(0.5));
+  CHECK(pacer.real_time_factor(150, kPacerStart + 1500ms) ==
+        Approx(0.5));                                                   // too short a span to tell
+  CHECK(pacer.real_time_factor(250, kPacerStart + 3s) == Approx(1.0));  // 200 ticks in 2 s
+  CHECK(pacer.real_time_factor(250, kPacerStart + 5s) == Approx(0.0).margin(1e-12));
 }
 
 TEST_CASE("a restart forgets the time before it and is no overrun") {
-  Pacer pacer(100, kStart);
+  Pacer pacer(100, kPacerStart);
   for (int i = 0; i < 5; ++i) pacer.begin_tick(pacer.deadline());
-  pacer.restart(kStart + 60s);
-  CHECK(pacer.deadline() == kStart + 60s + 10ms);
+  pacer.restart(kPacerStart + 60s);
+  CHECK(pacer.deadline() == kPacerStart + 60s + 10ms);
   CHECK(pacer.overruns() == 0);
 }
 

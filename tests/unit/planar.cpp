@@ -11,7 +11,7 @@ namespace {
 using Catch::Matchers::Contains;
 
 Result spawned(const BodySpec& spec) {
-  World world(flat({}));
+  World world(planar_settings({}));
   const auto before = world.hash();
   const Outcome outcome = world.spawn(std::array{ball(0.5, {}), spec});
   if (outcome.result == Result::ok) return outcome.result;
@@ -71,7 +71,7 @@ TEST_CASE("a planar world takes bodies with the centre in the plane and z a prin
 }
 
 TEST_CASE("the moment about z alone turns a body in the plane, wherever its principal axes are") {
-  World world(flat({}));
+  World world(planar_settings({}));
   BodySpec spec;
   spec.mass_kg = 2;
   spec.inertia_kgm2 = {1, 1.2, 1.4};
@@ -92,7 +92,7 @@ TEST_CASE("a half-space in a planar world has its normal in the plane") {
   spec.q_WB = turned_about(-1, 0, 0, 1.57);  // 8e-4 off
   CHECK(spawned(spec) == Result::out_of_plane);
   spec.q_WB = turned_about(-1, 0, 0, 1.5708);
-  World world(flat({}));
+  World world(planar_settings({}));
   const BodyState s = state(world, add(world, spec));
   const Vector normal = to_eigen(s.q_WB) * Vector::UnitZ();
   CHECK(std::abs(normal.z()) < 1e-15);
@@ -101,7 +101,7 @@ TEST_CASE("a half-space in a planar world has its normal in the plane") {
 }
 
 TEST_CASE("a planar world refuses motions, wrenches, springs and gravity that leave the plane") {
-  World world(flat({}));
+  World world(planar_settings({}));
   const BodyId body = add(world, brick({0.1, 0.2, 0.3}, {}));
   const BodyId other = add(world, brick({0.1, 0.2, 0.3}, {3, 0, 0}));
   const auto before = world.hash();

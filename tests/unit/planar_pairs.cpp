@@ -12,26 +12,26 @@
 #include <span>
 
 #include "server/collision/tolerances.h"
+#include "tests/unit/collision_pairs.h"
 #include "tests/unit/trials.h"
 
 using namespace cradle;
 
 namespace {
 
-constexpr double kExact = 1e-9;  // m
-constexpr double kMargin = 0.02;
-constexpr int kContacts = trials(3000);  // of each pair of kinds
+constexpr int kFlatContacts = trials(3000);  // of each pair of kinds
 
-enum class Kind { disc, rectangle, capsule, triangle, quadrangle, many, half_plane };
-constexpr Kind kKinds[] = {Kind::disc,       Kind::rectangle, Kind::capsule,   Kind::triangle,
-                           Kind::quadrangle, Kind::many,      Kind::half_plane};
+enum class FlatKind { disc, rectangle, capsule, triangle, quadrangle, many, half_plane };
+constexpr FlatKind kFlatKinds[] = {FlatKind::disc,      FlatKind::rectangle,  FlatKind::capsule,
+                                   FlatKind::triangle,  FlatKind::quadrangle, FlatKind::many,
+                                   FlatKind::half_plane};
 
 struct Flat {
   Shape shape;
   GeometryPointer geometry;
 };
 
-struct Pair {
+struct FlatPair {
   Flat A, B;
   Pose X_WA, X_WB;
 
@@ -39,11 +39,11 @@ struct Pair {
     return collide_in_plane({A.shape, X_WA, A.geometry.get()}, {B.shape, X_WB, B.geometry.get()},
                             margin);
   }
-  Pair swapped() const { return {B, A, X_WB, X_WA}; }
+  FlatPair swapped() const { return {B, A, X_WB, X_WA}; }
   bool has(ShapeKind kind) const { return A.shape.kind == kind || B.shape.kind == kind; }
 };
 
-Pose pose(const Vector2& p, double angle) {
+Pose flat_pose(const Vector2& p, double angle) {
   Pose X{{p.x(), p.y(), 0}, Matrix::Identity()};
   X.R.topLeftCorner<2, 2>() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
   return X;
@@ -90,10 +90,12 @@ double support(const Flat& flat, const Pose& X, const Vector2& d) {
 }
 
 /// How far A reaches into B along n; negative: apart.
-double overlap(const Pair& pair, const Vector2& n) {
+double overlap(const FlatPair& pair, const Vector2& n) {
   return support(pair.A, pair.X_WA, n) + support(pair.B, pair.X_WB, -n);
 }
-double overlap(const Pair& pair, const Manifold& m) { return overlap(pair, m.normal_W.head<2>()); }
+double overlap(const FlatPair& pair, const Manifold& m) {
+  return overlap(pair, m.normal_W.head<2>());
+}
 
 double distance(const Vector2& p, const Vector2& a, const Vector2& b) {
   const Vector2 edge = b - a;
@@ -128,7 +130,7 @@ std::vector<Vector2> normals(const std::vector<Vector2>& core) {
 struct Best {
   double separation, lead;
 };
-Best best(const Pair& pair) {
+Best best(const FlatPair& pair) {
   if (pair.A.shape.kind == ShapeKind::half_space)
     return {-overlap(pair, Vector2(pair.X_WA.R.col(2).head<2>())), 1};
   if (pair.B.shape.kind == ShapeKind::half_space)
@@ -145,20 +147,6 @@ Best best(const Pair& pair) {
   return {s[0], lead};
 }
 
-std::span<const ContactPoint> points(const Manifold& m) {
-  return std::span(m.points).first(static_cast<std::size_t>(m.count));
-}
-double deepest(const Manifold& m) {
-  double depth = -INFINITY;
-  for (const ContactPoint& p : points(m)) depth = std::max(depth, -p.separation);
-  return depth;
-}
-std::set<std::uint32_t> features(const Manifold& m) {
-  std::set<std::uint32_t> set;
-  for (const ContactPoint& p : points(m)) set.insert(p.feature);
-  return set;
-}
-
 double outside(const Flat& flat, const Pose& X, const Vector& p_W) {
   const Vector2 p = p_W.head<2>();
   if (flat.shape.kind == ShapeKind::half_space) return X.R.col(2).dot(p_W - X.x);
@@ -170,7 +158,7 @@ double outside(const Flat& flat, const Pose& X, const Vector& p_W) {
   return distance({p}, core) - radius(flat);
 }
 
-class Random {
+class FlatRandom {
  public:
   double uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(engine_);
@@ -182,31 +170,31 @@ class Random {
     return {x, uniform(-size, size)};
   }
 
-  Flat flat(Kind kind) {
+  Flat flat(FlatKind kind) {
     switch (kind) {
-      case Kind::disc:
+      case FlatKind::disc:
         return {Shape::sphere(size()), nullptr};
-      case Kind::rectangle:
+      case FlatKind::rectangle:
         return {Shape::box({size(), size(), 1}), nullptr};
-      case Kind::capsule:
+      case FlatKind::capsule:
         return {Shape::capsule(size(), size()), nullptr};
-      case Kind::triangle:
-      case Kind::quadrangle:
-      case Kind::many:
+      case FlatKind::triangle:
+      case FlatKind::quadrangle:
+      case FlatKind::many:
         return polygon(kind);
-      case Kind::half_plane:
+      case FlatKind::half_plane:
         break;
     }
     return {Shape::half_space(), nullptr};
   }
 
   Pose anywhere(const Flat& flat, const Vector2& p, double angle) {
-    return flat.shape.kind == ShapeKind::half_space ? ground_pose(p, angle) : pose(p, angle);
+    return flat.shape.kind == ShapeKind::half_space ? ground_pose(p, angle) : flat_pose(p, angle);
   }
 
   /// Two shapes that overlap, or nearly touch, along a random direction.
-  Pair pair(Kind kind_A, Kind kind_B, double deepest_share = 0.5) {
-    Pair pair{flat(kind_A), flat(kind_B), {}, {}};
+  FlatPair pair(FlatKind kind_A, FlatKind kind_B, double deepest_share = 0.5) {
+    FlatPair pair{flat(kind_A), flat(kind_B), {}, {}};
     const double turn = uniform(-4, 4);
     pair.X_WA = anywhere(pair.A, point(2), turn);
     pair.X_WB = anywhere(pair.B, {0, 0}, uniform(-4, 4));
@@ -215,7 +203,7 @@ class Random {
   }
 
   /// Brings them to a wanted overlap along a direction.
-  void touch(Pair& pair, double angle, double deepest_share) {
+  void touch(FlatPair& pair, double angle, double deepest_share) {
     Vector2 n(std::cos(angle), std::sin(angle));
     if (pair.A.shape.kind == ShapeKind::half_space) n = pair.X_WA.R.col(2).head<2>();
     if (pair.B.shape.kind == ShapeKind::half_space) n = -pair.X_WB.R.col(2).head<2>();
@@ -226,9 +214,11 @@ class Random {
 
  private:
   /// Corners on an ellipse, in order; again until they make a polygon.
-  Flat polygon(Kind kind) {
+  Flat polygon(FlatKind kind) {
     for (;;) {
-      const int n = kind == Kind::triangle ? 3 : kind == Kind::quadrangle ? 4 : 5 + below(60);
+      const int n = kind == FlatKind::triangle     ? 3
+                    : kind == FlatKind::quadrangle ? 4
+                                                   : 5 + below(60);
       std::vector<double> angles;
       for (int k = 0; k < n; ++k) angles.push_back(uniform(0, 2 * std::numbers::pi));
       std::sort(angles.begin(), angles.end());
@@ -249,33 +239,33 @@ class Random {
 
 template <class Make, class Check>
 void for_pairs(Make make, Check check) {
-  for (const Kind A : kKinds) {
-    for (const Kind B : kKinds) {
-      if (A == Kind::half_plane && B == A) continue;
+  for (const FlatKind A : kFlatKinds) {
+    for (const FlatKind B : kFlatKinds) {
+      if (A == FlatKind::half_plane && B == A) continue;
       CAPTURE(A, B);
       int contacts = 0;
-      for (int trial = 0; trial < 100'000 && contacts < kContacts; ++trial) {
+      for (int trial = 0; trial < 100'000 && contacts < kFlatContacts; ++trial) {
         CAPTURE(trial);
-        const Pair pair = make(A, B);
+        const FlatPair pair = make(A, B);
         contacts += check(pair, pair.collide()) ? 1 : 0;
       }
-      CHECK(contacts == kContacts);
+      CHECK(contacts == kFlatContacts);
     }
   }
 }
 
 template <class Check>
-void for_random_contacts(Check check) {
-  Random random;
-  for_pairs([&](Kind A, Kind B) { return random.pair(A, B); },
-            [&](const Pair& pair, const Manifold& m) {
+void for_random_flat_contacts(Check check) {
+  FlatRandom random;
+  for_pairs([&](FlatKind A, FlatKind B) { return random.pair(A, B); },
+            [&](const FlatPair& pair, const Manifold& m) {
               if (m.count > 0) check(pair, m);
               return m.count > 0;
             });
 }
 
 /// What even the hardest pose may not break. `tolerance` in m.
-void check_right(const Pair& pair, const Manifold& m, double tolerance) {
+void check_right(const FlatPair& pair, const Manifold& m, double tolerance) {
   const Best wanted = best(pair);
   CAPTURE(wanted.separation, wanted.lead, m.count, deepest(m), overlap(pair, m));
   if (std::abs(wanted.separation - kMargin) > tolerance)
@@ -296,7 +286,7 @@ void check_right(const Pair& pair, const Manifold& m, double tolerance) {
   }
 }
 
-bool is_same(const Manifold& a, const Manifold& b, double tolerance, bool by_name) {
+bool is_same_in_plane(const Manifold& a, const Manifold& b, double tolerance, bool by_name) {
   if (a.count != b.count || (a.normal_W - b.normal_W).norm() > tolerance) return false;
   return std::ranges::all_of(points(a), [&](const ContactPoint& p) {
     return std::ranges::any_of(points(b), [&](const ContactPoint& q) {
@@ -306,9 +296,9 @@ bool is_same(const Manifold& a, const Manifold& b, double tolerance, bool by_nam
   });
 }
 
-Pair moved(const Pair& pair, const Vector2& by, double angle) {
-  Pair other = pair;
-  const Matrix R = pose({0, 0}, angle).R;
+FlatPair pair_moved(const FlatPair& pair, const Vector2& by, double angle) {
+  FlatPair other = pair;
+  const Matrix R = flat_pose({0, 0}, angle).R;
   for (Pose* X : {&other.X_WA, &other.X_WB}) {
     X->x = R * X->x + Vector(by.x(), by.y(), 0);
     X->R = R * X->R;
@@ -319,9 +309,9 @@ Pair moved(const Pair& pair, const Vector2& by, double angle) {
 }  // namespace
 
 TEST_CASE("in the plane the depth is the overlap along the normal, and no normal has less") {
-  Random random;
-  for_pairs([&](Kind A, Kind B) { return random.pair(A, B); },
-            [&](const Pair& pair, const Manifold& m) {
+  FlatRandom random;
+  for_pairs([&](FlatKind A, FlatKind B) { return random.pair(A, B); },
+            [&](const FlatPair& pair, const Manifold& m) {
               check_right(pair, m, kExact);
               return m.count > 0;
             });
@@ -330,10 +320,10 @@ TEST_CASE("in the plane the depth is the overlap along the normal, and no normal
 TEST_CASE("in the plane hard poses are as right as any") {
   // Edges flush or crossing at right angles, centres that coincide, corners on corners and edges,
   // and places far from the origin of W, where rounding is that of 1e4 m.
-  Random random;
+  FlatRandom random;
   constexpr double kStep = std::numbers::pi / 4;
-  const auto make = [&](Kind A, Kind B) {
-    Pair pair{random.flat(A), random.flat(B), {}, {}};
+  const auto make = [&](FlatKind A, FlatKind B) {
+    FlatPair pair{random.flat(A), random.flat(B), {}, {}};
     const Vector2 at = random.below(2) == 0 ? Vector2(0, 0) : Vector2(1e4, -3e3);
     const double tilt = random.below(2) == 0 ? 0 : random.uniform(-1e-9, 1e-9);
     pair.X_WA = random.anywhere(pair.A, at, kStep * random.below(8));
@@ -345,14 +335,14 @@ TEST_CASE("in the plane hard poses are as right as any") {
     }
     return pair;
   };
-  for_pairs(make, [&](const Pair& pair, const Manifold& m) {
+  for_pairs(make, [&](const FlatPair& pair, const Manifold& m) {
     check_right(pair, m, 1e-10 + 1e-12 * pair.X_WA.x.norm());
     return m.count > 0;
   });
 }
 
 TEST_CASE("in the plane parting two shapes by their depth leaves them touching") {
-  for_random_contacts([](Pair pair, const Manifold& m) {
+  for_random_flat_contacts([](FlatPair pair, const Manifold& m) {
     pair.X_WB.x += m.normal_W * overlap(pair, m);
     const Manifold parted = pair.collide();
     REQUIRE(parted.count > 0);
@@ -362,32 +352,32 @@ TEST_CASE("in the plane parting two shapes by their depth leaves them touching")
 }
 
 TEST_CASE("in the plane the arguments are alike, and so is every place") {
-  Random random;
+  FlatRandom random;
   int ties = 0, contacts = 0;
-  for_random_contacts([&](const Pair& pair, const Manifold& m) {
+  for_random_flat_contacts([&](const FlatPair& pair, const Manifold& m) {
     ++contacts;
     if (best(pair).lead < kExact) return void(++ties);
     Manifold other = pair.swapped().collide();
     other.normal_W = -other.normal_W;
-    REQUIRE(is_same(m, other, 1e-9, false));
+    REQUIRE(is_same_in_plane(m, other, 1e-9, false));
     const double angle = random.uniform(-4, 4);
     const Vector2 by = random.point(100);
-    Manifold there = moved(pair, by, angle).collide();
-    const Matrix R = pose({0, 0}, -angle).R;
+    Manifold there = pair_moved(pair, by, angle).collide();
+    const Matrix R = flat_pose({0, 0}, -angle).R;
     there.normal_W = R * there.normal_W;
     for (ContactPoint& p : there.points) p.p_W = R * (p.p_W - Vector(by.x(), by.y(), 0));
-    REQUIRE(is_same(m, there, 1e-9, true));
+    REQUIRE(is_same_in_plane(m, there, 1e-9, true));
   });
   CHECK(ties < contacts / 20);
 }
 
 TEST_CASE("in the plane a small motion changes little and keeps names, but for rare ties") {
   constexpr double kSmall = 1e-7;  // m and rad
-  Random random;
+  FlatRandom random;
   int contacts = 0, jumps = 0, renamed = 0;
-  for_random_contacts([&](const Pair& pair, const Manifold& m) {
-    Pair next = pair;
-    next.X_WB.R = pose({0, 0}, random.uniform(-kSmall, kSmall)).R * pair.X_WB.R;
+  for_random_flat_contacts([&](const FlatPair& pair, const Manifold& m) {
+    FlatPair next = pair;
+    next.X_WB.R = flat_pose({0, 0}, random.uniform(-kSmall, kSmall)).R * pair.X_WB.R;
     next.X_WB.x.head<2>() += random.point(kSmall);
     const Manifold other = next.collide();
     ++contacts;
@@ -403,14 +393,14 @@ TEST_CASE("in the plane a small motion changes little and keeps names, but for r
 
 TEST_CASE("in the plane a flush stack keeps its names while it sways") {
   // Both are as good a reference in turn.
-  Random random;
+  FlatRandom random;
   const Flat box{Shape::box({0.5, 0.5, 0.5}), nullptr};
   for (const double aside : {0.0, 0.1, -0.3}) {
     std::set<std::set<std::uint32_t>> seen;
     for (int i = 0; i < 1000; ++i) {
-      const Pair pair{
-          box, box, pose({0, 0}, random.uniform(-5e-4, 5e-4)),
-          pose({aside + random.uniform(-1e-4, 1e-4), 0.9999}, random.uniform(-5e-4, 5e-4))};
+      const FlatPair pair{
+          box, box, flat_pose({0, 0}, random.uniform(-5e-4, 5e-4)),
+          flat_pose({aside + random.uniform(-1e-4, 1e-4), 0.9999}, random.uniform(-5e-4, 5e-4))};
       const Manifold m = pair.collide();
       REQUIRE(m.count == 2);
       seen.insert(features(m));
@@ -427,9 +417,9 @@ TEST_CASE("in the plane what lies on a face rests on two points, what stands on 
   const double up = std::numbers::pi / 2;
   for (const bool on_plate : {false, true}) {
     const Flat& below = on_plate ? plate : ground;
-    const Pose X = on_plate ? pose({0, -1}, 0) : ground_pose({0, 0}, up);
+    const Pose X = on_plate ? flat_pose({0, -1}, 0) : ground_pose({0, 0}, up);
     const auto contact = [&](const Flat& upper, double height, double angle) {
-      return Pair{below, upper, X, pose({0, height}, angle)}.collide();
+      return FlatPair{below, upper, X, flat_pose({0, height}, angle)}.collide();
     };
     CHECK(contact(capsule, 0.2, 0).count == 2);
     CHECK(contact(capsule, 0.7, up).count == 1);
@@ -443,15 +433,15 @@ TEST_CASE("in the plane what lies on a face rests on two points, what stands on 
 }
 
 TEST_CASE("in the plane poses that are not finite touch nothing") {
-  Random random;
+  FlatRandom random;
   for (const double bad : {std::nan(""), double(INFINITY)}) {
-    for (const Kind A : kKinds) {
-      for (const Kind B : kKinds) {
-        if (A == Kind::half_plane && B == A) continue;
-        Pair pair = random.pair(A, B);
+    for (const FlatKind A : kFlatKinds) {
+      for (const FlatKind B : kFlatKinds) {
+        if (A == FlatKind::half_plane && B == A) continue;
+        FlatPair pair = random.pair(A, B);
         pair.X_WB.x.x() = bad;
         CHECK(pair.collide().count == 0);
-        if (B == Kind::disc) continue;  // alike in every attitude
+        if (B == FlatKind::disc) continue;  // alike in every attitude
         pair.X_WB.x.x() = 0;
         pair.X_WB.R(0, 0) = bad;
         pair.X_WB.R(0, 2) = bad;

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-const Recording::Time kStart{std::chrono::hours(1)};
+const Recording::Time kRecordingStart{std::chrono::hours(1)};
 
 /// Ticks of the chunks that are due by `now`.
 std::vector<Tick> play(Recording& recording, Recording::Time now) {
@@ -78,14 +78,14 @@ TEST_CASE("a recording is played at its own pace, times its speed") {
   Log log;
   for (Tick tick = 0; tick < 5; ++tick) add_states(log, 1'000'000 + 100'000 * tick, tick);
   const TemporaryFile file(log.bytes);
-  Recording recording({file.path(), "", 2}, "arena", kStart);
-  CHECK(play(recording, kStart) == std::vector<Tick>{0});
-  CHECK(recording.until_next(kStart) == 50ms);
-  CHECK(play(recording, kStart + 49ms).empty());
-  CHECK(play(recording, kStart + 50ms) == std::vector<Tick>{1});
-  CHECK(recording.time() == kStart + 100ms);
+  Recording recording({file.path(), "", 2}, "arena", kRecordingStart);
+  CHECK(play(recording, kRecordingStart) == std::vector<Tick>{0});
+  CHECK(recording.until_next(kRecordingStart) == 50ms);
+  CHECK(play(recording, kRecordingStart + 49ms).empty());
+  CHECK(play(recording, kRecordingStart + 50ms) == std::vector<Tick>{1});
+  CHECK(recording.time() == kRecordingStart + 100ms);
   CHECK_FALSE(recording.has_ended());
-  CHECK(play(recording, kStart + 1h) == std::vector<Tick>{2, 3, 4});
+  CHECK(play(recording, kRecordingStart + 1h) == std::vector<Tick>{2, 3, 4});
   CHECK(recording.has_ended());
 }
 
@@ -93,12 +93,12 @@ TEST_CASE("at speed 0 each call brings one message") {
   Log log;
   for (Tick tick = 0; tick < 3; ++tick) add_states(log, 500'000 * tick, tick);
   const TemporaryFile file(log.bytes);
-  Recording recording({file.path(), "", 0}, "arena", kStart);
+  Recording recording({file.path(), "", 0}, "arena", kRecordingStart);
   for (Tick tick = 0; tick < 3; ++tick) {
-    CHECK(play(recording, kStart) == std::vector<Tick>{tick});
-    CHECK(recording.time() == kStart + 500ms * tick);
+    CHECK(play(recording, kRecordingStart) == std::vector<Tick>{tick});
+    CHECK(recording.time() == kRecordingStart + 500ms * tick);
   }
-  CHECK(play(recording, kStart).empty());
+  CHECK(play(recording, kRecordingStart).empty());
 }
 
 TEST_CASE("two files are merged by time, and times that jump do not stop the play") {
@@ -110,9 +110,10 @@ TEST_CASE("two files are merged by time, and times that jump do not stop the pla
   add_states(states, 7, 6);
   control.add(2'000'000, "CRADLE_arena_STATES", states_of_tick(2));  // to tell the order
   const TemporaryFile states_file(states.bytes), control_file(control.bytes);
-  Recording recording({control_file.path(), states_file.path(), 1}, "arena", kStart);
-  CHECK(play(recording, kStart + 2s) == std::vector<Tick>{1, 2, 3, 4});
-  CHECK(play(recording, kStart + 7s) == std::vector<Tick>{5, 6});  // 5 s later, not 285 years
+  Recording recording({control_file.path(), states_file.path(), 1}, "arena", kRecordingStart);
+  CHECK(play(recording, kRecordingStart + 2s) == std::vector<Tick>{1, 2, 3, 4});
+  CHECK(play(recording, kRecordingStart + 7s) ==
+        std::vector<Tick>{5, 6});  // 5 s later, not 285 years
 }
 
 TEST_CASE("a client of a recording sees its ticks, is refused commands, and learns of the end") {

@@ -27,12 +27,12 @@ const std::string kCubeObj =
     "f -6 -5 -1 -2  # 3 4 8 7\nf 4 1 5 8\n";
 
 /// A folder of its own, with files in it, gone at the end.
-class Folder {
+class ShapesFolder {
  public:
-  Folder() : path_(std::filesystem::temp_directory_path() / ("cradle-shapes-" + own_name())) {
+  ShapesFolder() : path_(std::filesystem::temp_directory_path() / ("cradle-shapes-" + own_name())) {
     std::filesystem::create_directories(path_);
   }
-  ~Folder() { std::filesystem::remove_all(path_); }
+  ~ShapesFolder() { std::filesystem::remove_all(path_); }
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(path_ / name) << text;
     return (path_ / name).string();
@@ -109,7 +109,7 @@ TEST_CASE("the bodies of a lattice share their geometry") {
 }
 
 TEST_CASE("a mesh comes from an OBJ file beside the scene") {
-  const Folder folder;
+  const ShapesFolder folder;
   folder.write("cube.obj", kCubeObj);
   const Scene scene =
       load_scene(folder.write("s.toml",
@@ -283,7 +283,7 @@ TEST_CASE("shapes that are none are refused with line, reason and body") {
 }
 
 TEST_CASE("a height field from a file is the one from the scene") {
-  const Folder folder;
+  const ShapesFolder folder;
   folder.write("heights.txt", "# three rows\n0 0.5, 1 \r\n\n-1 0 2e-1\n1 1 1\n");
   const std::string head =
       "[[body]]\nkind = 'static'\nshape = 'height_field'\nspacing_m = [2, 1]\n";

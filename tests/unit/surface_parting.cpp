@@ -8,26 +8,23 @@ using namespace cradle;
 
 namespace {
 
-constexpr double kMargin = 0.02;
-constexpr ShapeKind kConvex[] = {ShapeKind::sphere,   ShapeKind::box,  ShapeKind::capsule,
-                                 ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid,
-                                 ShapeKind::hull};
-
-double bumps(double x, double y) { return 0.15 * std::sin(1.7 * x) * std::cos(2.1 * y + 0.3 * x); }
+double low_bumps(double x, double y) {
+  return 0.15 * std::sin(1.7 * x) * std::cos(2.1 * y + 0.3 * x);
+}
 
 /// The point of all manifolds that is deepest.
-struct Deepest {
+struct LowestPoint {
   double separation = std::numeric_limits<double>::infinity();
   Vector n = Vector::Zero();          ///< up from the ground
   Vector on_ground = Vector::Zero();  ///< the two points that touch first as the body comes down
   Vector on_body = Vector::Zero();
 };
 
-Deepest look(const GeometryPointer& ground, const Solid& body, const Pose& X) {
+LowestPoint look(const GeometryPointer& ground, const Solid& body, const Pose& X) {
   std::vector<Manifold> manifolds;
   add_manifolds({Shape::stored(ground->kind(), 1), {}, ground.get()},
                 {body.shape, X, body.geometry.get()}, kMargin, manifolds);
-  Deepest deepest;
+  LowestPoint deepest;
   for (const Manifold& m : manifolds) {
     for (const ContactPoint& p : points(m)) {
       if (p.separation >= deepest.separation) continue;
@@ -39,7 +36,7 @@ Deepest look(const GeometryPointer& ground, const Solid& body, const Pose& X) {
 }
 
 /// A body over the ground, down until it is in it by less than 5 mm.
-Pose sunk(Random& random, const GeometryPointer& ground, const Solid& body) {
+Pose sunk_into(Random& random, const GeometryPointer& ground, const Solid& body) {
   Pose X{{random.uniform(-1, 1), random.uniform(-1, 1), 0}, random.rotation()};
   double low = -0.2, high = 0.2;
   const double reach = support(body, X, -Vector::UnitZ());
@@ -73,15 +70,15 @@ double off(const TriangleMesh& mesh, const Vector& p) {
 }  // namespace
 
 TEST_CASE("the deepest point on terrain is on both, and as deep as the body reaches there") {
-  const Surface ground = terrain(16, 0.25, 0.3, bumps);
+  const Surface ground = terrain(16, 0.25, 0.3, low_bumps);
   const GeometryPointer mesh = mesh_of(ground).geometry;
   Random random(5);
   int sunk_in = 0, in_one_manifold = 0, over_edge = 0;
   for (int trial = 0; trial < trials(4000); ++trial) {
-    const Solid body = random.solid(kConvex[trial % 7]);
+    const Solid body = random.solid(kConvex[static_cast<std::size_t>(trial) % kConvex.size()]);
     CAPTURE(trial, word_of(body.shape.kind));
-    const Pose X = sunk(random, mesh, body);
-    const Deepest deepest = look(mesh, body, X);
+    const Pose X = sunk_into(random, mesh, body);
+    const LowestPoint deepest = look(mesh, body, X);
     if (!(deepest.separation < 0 && deepest.separation > -0.005)) continue;
     ++sunk_in;
     const double off_ground = off(std::get<TriangleMesh>(mesh->value), deepest.on_ground);
@@ -101,25 +98,25 @@ TEST_CASE("the deepest point on terrain is on both, and as deep as the body reac
 }
 
 TEST_CASE("what is sunk in terrain is out of it when moved by the depths") {
-  const Surface ground = terrain(16, 0.25, 0.3, bumps);
+  const Surface ground = terrain(16, 0.25, 0.3, low_bumps);
   std::vector<double> heights;
   for (int i = 0; i <= 16; ++i) {
-    for (int j = 0; j <= 16; ++j) heights.push_back(bumps(0.25 * (j - 8), 0.25 * (i - 8)));
+    for (int j = 0; j <= 16; ++j) heights.push_back(low_bumps(0.25 * (j - 8), 0.25 * (i - 8)));
   }
   for (const GeometryPointer& surface :
        {mesh_of(ground).geometry, make_height_field(17, 17, 0.25, 0.25, heights).geometry}) {
     Random random(6);
     int sunk_in = 0, at_once = 0;
     for (int trial = 0; trial < trials(4000); ++trial) {
-      const Solid body = random.solid(kConvex[trial % 7]);
+      const Solid body = random.solid(kConvex[static_cast<std::size_t>(trial) % kConvex.size()]);
       CAPTURE(trial, word_of(body.shape.kind));
-      Pose X = sunk(random, surface, body);
+      Pose X = sunk_into(random, surface, body);
       double depth = -look(surface, body, X).separation;
       if (!(depth > 0 && depth < 0.005)) continue;
       ++sunk_in;
       int moves = 0;
       for (; depth > 1e-6 && moves < 8; ++moves) {  // there may be more than one side to leave by
-        const Deepest deepest = look(surface, body, X);
+        const LowestPoint deepest = look(surface, body, X);
         X.x += deepest.n * -deepest.separation;
         depth = -look(surface, body, X).separation;
       }

@@ -12,23 +12,19 @@
 namespace cradle {
 namespace {
 
-const std::vector<ShapeKind> kConvex = {ShapeKind::sphere,   ShapeKind::box,  ShapeKind::capsule,
-                                        ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid,
-                                        ShapeKind::hull};
-
-double bumps(double x, double y) { return 0.3 * std::sin(1.7 * x) * std::cos(2.1 * y + 0.3 * x); }
+double hilly(double x, double y) { return 0.3 * std::sin(1.7 * x) * std::cos(2.1 * y + 0.3 * x); }
 
 /// 12 x 12 cells of 0.5 m.
 GeometryPointer field_of_bumps() {
   std::vector<double> heights;
   for (int row = 0; row <= 12; ++row) {
     for (int column = 0; column <= 12; ++column)
-      heights.push_back(bumps(0.5 * column - 3, 0.5 * row - 3));
+      heights.push_back(hilly(0.5 * column - 3, 0.5 * row - 3));
   }
   return make_height_field(13, 13, 0.5, 0.5, heights).geometry;
 }
 
-Pose pose(const Path& path, const Pose& X, double time) {
+Pose pose_at(const Path& path, const Pose& X, double time) {
   const double t = std::min(time, path.until), angle = path.turn.norm();
   Matrix R = Matrix::Identity();
   if (angle > 0) R = Eigen::AngleAxisd(t * angle, path.turn / angle).toRotationMatrix();
@@ -61,7 +57,8 @@ struct Encounter {
   }
   /// To the nearest of those triangles; 0: it overlaps one.
   double distance(double time) const {
-    const Pose X_WS = pose(path_S, surface.X_WB, time), X_WC = pose(path_C, convex.X_WB, time);
+    const Pose X_WS = pose_at(path_S, surface.X_WB, time),
+               X_WC = pose_at(path_C, convex.X_WB, time);
     const Pose X_SC{X_WS.R.transpose() * (X_WC.x - X_WS.x), X_WS.R.transpose() * X_WC.R}, in_S;
     const SurfaceView view(surface);
     const ConvexShape body(Collider{convex.shape, X_SC, convex.geometry});
@@ -85,7 +82,7 @@ struct Encounter {
 }  // namespace
 
 TEST_CASE("before it meets a mesh or a height field, a body is in front of all that it was") {
-  const std::vector<GeometryPointer> grounds = {mesh_of(terrain(12, 0.5, 0.3, bumps)).geometry,
+  const std::vector<GeometryPointer> grounds = {mesh_of(terrain(12, 0.5, 0.3, hilly)).geometry,
                                                 field_of_bumps()};
   Random random(61);
   int hits = 0, count = 0;
@@ -216,7 +213,7 @@ TEST_CASE("a mesh is as thick as its volume by its area, and reaches its farthes
   CHECK(far == Approx(std::hypot(3.0, 3.0, 0.01)).epsilon(1e-12));
   CHECK(thick < 0.01);
   CHECK(thick > 0.0098);
-  CHECK(measure(mesh_of(terrain(4, 1, 0, bumps)).geometry, thick) >= 3);
+  CHECK(measure(mesh_of(terrain(4, 1, 0, hilly)).geometry, thick) >= 3);
   CHECK(thick > 0);
   CHECK(std::isfinite(measure(field_of_bumps(), thick)));
   CHECK(thick > 0);

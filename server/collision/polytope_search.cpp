@@ -6,7 +6,8 @@
 // direction as many from there: the processor is idle half of the time, unless it has another
 // search to go on with (polytope_batch.h).
 //
-// Cost: apart 9 support points, resting 7.5, at an angle 9.7, deep 10.3 of two hulls of 42 corners.
+// Cost: apart 9 support points, resting 7.5, at an angle 9.7, deep 10.3 of two hulls of 42 corners;
+// 2.3 in the mean of T5, where searches begin with the corners that the last ones ended with.
 #include "server/collision/polytope_search.h"
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 //   v -+ P / m,  w -+ I^-1 (c x P + T)
 // G, the response of (Vn, W1, W2) to (Pn, T1, T2), and G_t, that of (V1, V2, Wn) to (P1, P2, Tn):
 //   K_ij = (1, v_i, -u_i) G (1, v_j, -u_j),  K_t from (1, 0, -v), (0, 1, u) and G_t
-// All points of a manifold at once ("joint"), where all of them carry:
+// All points of a manifold at once ("joint"), where all of them carry and it lies in no heap:
 //   soft:  l' = l - G_s r,  r_i = vn_i + bias_i / ms + gamma_i l_i, or vn_i + s_i / h where s_i > 0
 //   hard:  l' = l - G_h r,  r_i = vn_i + max(s_i, 0) / h
 //   G_s = (K + diag gamma + eps)^-1, gamma_i = K_ii is / ms;  G_h = (K + eps)^-1;  K has rank 3,

@@ -209,9 +209,9 @@ std::span<CachedForce> ContactCache::entries() {
   if (are_entries_) return entries_;
   entries_.clear();
   for (std::size_t k = 0; k < names_.size(); ++k) {
-    const auto& [pair, part] = names_[k];
+    const ContactName& name = names_[k];
     tell((*this)[k], [&]() -> CarriedForce& {
-      return entries_.emplace_back(CachedForce{pair.a, pair.b, part, {}}).carried;
+      return entries_.emplace_back(CachedForce{name.pair.a, name.pair.b, name.part, {}}).carried;
     });
   }
   are_entries_ = true;

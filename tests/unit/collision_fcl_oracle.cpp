@@ -179,7 +179,7 @@ std::vector<Pair> random_boxes(int count) {
 }  // namespace
 
 TEST_CASE("boxes apart are as far from each other as FCL says") {
-  constexpr double kMargin = 0.05;
+  constexpr double kWideMargin = 0.05;
   const std::vector<Pair> boxes = random_boxes(20000);
   const std::vector<FclAnswer> answers = ask_fcl(boxes, FclQuestion::distance);
   int near = 0, exact = 0, seen = 0, missed = 0;
@@ -187,8 +187,8 @@ TEST_CASE("boxes apart are as far from each other as FCL says") {
     CAPTURE(k);
     REQUIRE(answers[k].end == FclEnd::End::answered);
     const double distance = answers[k].separation;
-    const Manifold manifold = boxes[k].collide(kMargin);
-    double least = kMargin;
+    const Manifold manifold = boxes[k].collide(kWideMargin);
+    double least = kWideMargin;
     for (int point = 0; point < manifold.count; ++point) {
       least = std::min(least, manifold.points[static_cast<std::size_t>(point)].separation);
     }
@@ -197,8 +197,8 @@ TEST_CASE("boxes apart are as far from each other as FCL says") {
       REQUIRE(least < kOracle);
       continue;
     }
-    if (distance > kMargin + kOracle) REQUIRE(manifold.count == 0);
-    if (distance < kMargin - kOracle) ++(manifold.count > 0 ? seen : missed);
+    if (distance > kWideMargin + kOracle) REQUIRE(manifold.count == 0);
+    if (distance < kWideMargin - kOracle) ++(manifold.count > 0 ? seen : missed);
     if (manifold.count == 0) continue;
     // No point claims more nearness than there is, but for a corner within the slack of a face.
     REQUIRE(least > distance - kTolerances.clip_slack_m);

@@ -6,6 +6,7 @@
 #include "server/collision/triangle_overlap.h"
 #include "tests/physics/terrains.h"
 #include "tests/unit/collision_pairs.h"
+#include "tests/unit/collision_support.h"
 
 using namespace cradle;
 
@@ -78,7 +79,6 @@ TEST_CASE("a triangle is as far from a core with corners as the search for any t
 }
 
 TEST_CASE("a body that touches no surface is as far from it as it is said to be") {
-  constexpr double kMargin = 0.02;
   Random random(72);
   int far = 0;
   const auto hills = [](double x, double y) { return 0.3 * std::sin(1.7 * x) * std::cos(2.1 * y); };

@@ -11,39 +11,39 @@ namespace {
 
 constexpr std::size_t kWaitingMax = 65536;
 
-struct Message {
-  std::string channel;
-  std::shared_ptr<const Bytes> payload;
-};
-
-struct Mailbox {
-  std::mutex mutex;
-  std::condition_variable arrival;
-  std::deque<Message> waiting;
-  TransportStats stats;
-
-  void put(const Message& message) {
-    const std::lock_guard lock(mutex);
-    if (waiting.size() >= kWaitingMax) {
-      ++stats.dropped_by_kernel;
-      return;
-    }
-    waiting.push_back(message);
-    arrival.notify_one();
-  }
-
-  std::deque<Message> take(std::chrono::microseconds timeout) {
-    std::unique_lock lock(mutex);
-    // Waiting for no time at all still puts the thread to sleep.
-    if (timeout.count() > 0) arrival.wait_for(lock, timeout, [this] { return !waiting.empty(); });
-    stats.received += static_cast<std::int64_t>(waiting.size());
-    return std::exchange(waiting, {});
-  }
-};
-
 }  // namespace
 
 struct InProcessBus::Hub {
+  struct Message {
+    std::string channel;
+    std::shared_ptr<const Bytes> payload;
+  };
+
+  struct Mailbox {
+    std::mutex mutex;
+    std::condition_variable arrival;
+    std::deque<Message> waiting;
+    TransportStats stats;
+
+    void put(const Message& message) {
+      const std::lock_guard lock(mutex);
+      if (waiting.size() >= kWaitingMax) {
+        ++stats.dropped_by_kernel;
+        return;
+      }
+      waiting.push_back(message);
+      arrival.notify_one();
+    }
+
+    std::deque<Message> take(std::chrono::microseconds timeout) {
+      std::unique_lock lock(mutex);
+      // Waiting for no time at all still puts the thread to sleep.
+      if (timeout.count() > 0) arrival.wait_for(lock, timeout, [this] { return !waiting.empty(); });
+      stats.received += static_cast<std::int64_t>(waiting.size());
+      return std::exchange(waiting, {});
+    }
+  };
+
   std::mutex mutex;
   std::vector<std::weak_ptr<Mailbox>> mailboxes;
 

@@ -45,12 +45,7 @@ std::string unit_text(const std::string& name) {
 /// A folder that everybody may enter, removed at the end whatever its permissions are then.
 class OpenFolder {
  public:
-  OpenFolder() {
-    std::string path = (fs::temp_directory_path() / "cradle-deploy-XXXXXX").string();
-    REQUIRE(::mkdtemp(path.data()));
-    path_ = path;
-    fs::permissions(path_, fs::perms(0755));
-  }
+  OpenFolder() : path_(new_folder()) { fs::permissions(path_, fs::perms(0755)); }
   ~OpenFolder() {
     set_permissions(fs::perms::owner_write, fs::perm_options::add);
     fs::remove_all(path_);

@@ -12,11 +12,7 @@ namespace cradle {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-Folder::Folder() {
-  std::string path = (fs::temp_directory_path() / "cradle-test-XXXXXX").string();
-  REQUIRE(::mkdtemp(path.data()));
-  path_ = path;
-}
+Folder::Folder() : path_(new_folder()) {}
 
 Folder::~Folder() {
   std::error_code ignored;

@@ -19,12 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-std::string new_folder() {
-  std::string path = (fs::temp_directory_path() / "cradle-test-XXXXXX").string();
-  if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error("mkdtemp");
-  return path;
-}
-
 void redirect(const std::string& file, int descriptor) {
   const int opened = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   ::dup2(opened, descriptor);
@@ -54,6 +48,13 @@ int fork_into(const std::string& folder) {
 }
 
 }  // namespace
+
+std::string new_folder() {
+  // What mkdtemp is to put in is told by six X.
+  std::string path = (fs::temp_directory_path() / "cradle-test-XXXXXX").string();
+  if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error("mkdtemp");
+  return path;
+}
 
 Process::Process(std::vector<std::string> arguments) : folder_(new_folder()) {
   if (arguments.at(0).find('/') == std::string::npos) {

@@ -9,6 +9,9 @@
 
 namespace cradle {
 
+/// The path of a new, empty folder, which is the caller's to remove.
+std::string new_folder();
+
 /// A program with its output in files; killed and waited for at the end of the scope.
 class Process {
  public:

@@ -23,14 +23,9 @@ std::string states_url() { return control_url().state_lane().text(); }
 
 /// A folder for one test, gone after it.
 struct RecordingFolder {
-  RecordingFolder() {
-    std::string name = (fs::temp_directory_path() / "cradle-XXXXXX").string();
-    REQUIRE(::mkdtemp(name.data()));
-    path = name;
-  }
   ~RecordingFolder() { fs::remove_all(path); }
   std::string file(const std::string& name) const { return (path / name).string(); }
-  fs::path path;
+  fs::path path = new_folder();
 };
 
 /// A daemon of which two loggers record a ball's flight.

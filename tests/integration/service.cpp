@@ -31,11 +31,7 @@ constexpr auto kWatchdogPeriod = 400ms;
 /// A folder of its own, for as long as the object lives.
 class ServiceFolder {
  public:
-  ServiceFolder() {
-    std::string path = (std::filesystem::temp_directory_path() / "cradle-service-XXXXXX").string();
-    REQUIRE(::mkdtemp(path.data()));
-    path_ = path;
-  }
+  ServiceFolder() : path_(new_folder()) {}
   ~ServiceFolder() { std::filesystem::remove_all(path_); }
   ServiceFolder(const ServiceFolder&) = delete;
   ServiceFolder& operator=(const ServiceFolder&) = delete;

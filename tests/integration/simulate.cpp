@@ -61,13 +61,8 @@ std::string trace_text(const std::filesystem::path& path) {
 
 /// A folder for one test, gone after it.
 struct TraceFolder {
-  TraceFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "cradle-XXXXXX").string();
-    REQUIRE(::mkdtemp(name.data()));
-    path = name;
-  }
   ~TraceFolder() { std::filesystem::remove_all(path); }
-  std::filesystem::path path;
+  std::filesystem::path path = new_folder();
 };
 
 }  // namespace

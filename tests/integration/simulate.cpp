@@ -1,7 +1,6 @@
 // The real `cradled` on the command line: what simulate writes, and how all of it fails.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 #if defined(__SSE2__)
@@ -168,6 +169,30 @@ inline unsigned signs_of(const FourFloats& lanes) {
   for (int lane = 0; lane < 4; ++lane) bits |= lanes[lane] < 0 ? 1U << lane : 0U;
   return bits;
 #endif
+}
+
+/// Writes `first` plus the number of each lane that is hit, ascending, and anything behind; there
+/// is room for all four. Returns how many are.
+inline std::size_t put_lanes(unsigned hits, std::uint32_t first, std::uint32_t* to) {
+  using Four = std::uint32_t __attribute__((vector_size(16)));
+  struct Lanes {
+    std::array<std::uint32_t, kFloatLanes> numbers{};
+    std::size_t count = 0;
+  };
+  static constexpr std::array kLanesHit = [] {
+    std::array<Lanes, 1U << kFloatLanes> all{};
+    for (unsigned bits = 0; bits < all.size(); ++bits) {
+      for (std::uint32_t lane = 0; lane < kFloatLanes; ++lane) {
+        if ((bits >> lane & 1U) != 0) all[bits].numbers[all[bits].count++] = lane;
+      }
+    }
+    return all;
+  }();
+  Four numbers;
+  std::memcpy(&numbers, &kLanesHit[hits].numbers, sizeof numbers);
+  numbers += first;
+  std::memcpy(to, &numbers, sizeof numbers);
+  return kLanesHit[hits].count;
 }
 
 /// One box in all lanes, to compare with four others at once.

@@ -11,11 +11,11 @@
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "server/collision/box_lanes.h"
 #include "server/collision/broad_phase.h"
-#include "server/collision/fetch.h"
 
 namespace cradle {
 
@@ -86,24 +86,9 @@ class BoxTree {
   template <class Overlaps, class F>
   std::int64_t query_lanes(Overlaps&& overlaps, F&& visit) const {
     if (levels_.empty()) return 0;
-    Entry stack[kStack];
-    std::size_t top = 0;
-    std::int64_t nodes = 0;
-    stack[top++] = {levels_.size() - 1, 0};
-    while (top > 0) {
-      const Entry at = stack[--top];
-      ++nodes;
-      for (unsigned hits = overlaps(node(at.level, at.index)); hits != 0; hits &= hits - 1) {
-        const std::size_t child = at.index * kFloatLanes + lane_of(hits);
-        if (at.level == 0) {
-          visit(slots_[child]);
-        } else {
-          stack[top++] = {at.level - 1, child};
-          fetch(&node(at.level - 1, child), sizeof(BoxLanes));
-        }
-      }
-    }
-    return nodes;
+    Nodes root;
+    root[0] = 0;
+    return query_below(levels_.size() - 1, root, 1, overlaps, visit);
   }
 
   /// Calls `visit(slot, slot)` for every pair of boxes here that overlap, until it returns false.
@@ -128,14 +113,43 @@ class BoxTree {
   void index_oldest();
 
  private:
-  struct Entry {
-    std::size_t level, index;
-  };
   template <class F>
   struct Join;
   template <class F>
   struct Oldest;
-  static constexpr std::size_t kStack = 64;  // three a level stay behind; 4^16 bodies have 16
+  static constexpr std::size_t kTogether = 32;  // nodes of one level
+
+  using Nodes = std::array<std::uint32_t, kFloatLanes*(kTogether + 1)>;
+
+  /// Below the first `count` of `some` nodes of one level, no more than kTogether, level by level:
+  /// waiting for one is waiting for all, and no branch depends on which of them are hit.
+  template <class Overlaps, class F>
+  std::int64_t query_below(std::size_t level, Nodes& some, std::size_t count, Overlaps& overlaps,
+                           F& visit) const {
+    Nodes others;
+    Nodes *at = &some, *below = &others;
+    for (std::int64_t nodes = 0;; --level, std::swap(at, below)) {
+      nodes += static_cast<std::int64_t>(count);
+      std::size_t hits = 0;
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t index = (*at)[k];
+        hits += put_lanes(overlaps(node(level, index)),
+                          static_cast<std::uint32_t>(kFloatLanes) * index, &(*below)[hits]);
+      }
+      count = hits;
+      if (level == 0) {
+        for (std::size_t k = 0; k < count; ++k) visit(slots_[(*below)[k]]);
+        return nodes;
+      }
+      if (count <= kTogether) continue;
+      for (std::size_t k = 0; k < count; k += kTogether) {
+        const std::size_t part = std::min(kTogether, count - k);
+        std::copy_n(below->begin() + static_cast<std::ptrdiff_t>(k), part, at->begin());
+        nodes += query_below(level - 1, *at, part, overlaps, visit);
+      }
+      return nodes;
+    }
+  }
 
   static std::size_t lane_of(unsigned hits) {
     return static_cast<std::size_t>(std::countr_zero(hits));

@@ -43,21 +43,6 @@ Vector on_rim(double r, double z, const Vector& d, double across) {
 
 }  // namespace
 
-bool has_inside(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::sphere:
-    case ShapeKind::box:
-    case ShapeKind::capsule:
-    case ShapeKind::cylinder:
-    case ShapeKind::cone:
-    case ShapeKind::ellipsoid:
-    case ShapeKind::hull:
-      return true;
-    default:
-      return false;
-  }
-}
-
 ConvexShape::ConvexShape(const Collider& collider) : kind(collider.shape.kind) {
   const Shape& shape = collider.shape;
   size = to_eigen(shape.half_extents_m());

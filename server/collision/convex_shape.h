@@ -11,9 +11,18 @@ namespace cradle {
 
 struct SurfaceTriangle;
 
+/// Kinds as bits: what is asked of every pair takes no branch by them.
+constexpr std::uint64_t bit_of(ShapeKind kind) {
+  return std::uint64_t{1} << (static_cast<std::uint64_t>(kind) % 64);
+}
+
 /// The kinds that a ConvexShape stands for; a hull has to come with its geometry. Not `mesh`,
 /// though one triangle of it is convex.
-bool has_inside(ShapeKind kind);
+inline constexpr std::uint64_t kKindsWithInside =
+    bit_of(ShapeKind::sphere) | bit_of(ShapeKind::box) | bit_of(ShapeKind::capsule) |
+    bit_of(ShapeKind::cylinder) | bit_of(ShapeKind::cone) | bit_of(ShapeKind::ellipsoid) |
+    bit_of(ShapeKind::hull);
+constexpr bool has_inside(ShapeKind kind) { return (bit_of(kind) & kKindsWithInside) != 0; }
 
 struct ConvexShape {
   ShapeKind kind = ShapeKind::none;  ///< `mesh`: one triangle of a surface, in the surface's frame

@@ -29,8 +29,8 @@ inline Manifold collide(const Shape& shape_A, const Pose& X_WA, const Shape& sha
 /// Whether it saves time to know an axis: not for two boxes, whose axes are all tried, many at a
 /// time, nor for half-spaces.
 inline bool begins_at_axis(ShapeKind A, ShapeKind B) {
-  const bool are_boxes = A == ShapeKind::box && B == ShapeKind::box;
-  return !are_boxes && has_inside(A) && has_inside(B);
+  const std::uint64_t both = bit_of(A) | bit_of(B);
+  return (both & ~kKindsWithInside) == 0 && both != bit_of(ShapeKind::box);
 }
 
 /// Without points, if the two are farther apart than the margin along the axis still that they were

@@ -90,6 +90,8 @@ class ContactCache {
   ContactConstraint& operator[](std::size_t k) {
     return room_[static_cast<std::size_t>(places_[k])];
   }
+  /// Whether the k-th was there last tick, and is still what it remembers.
+  bool lasts(std::size_t k) const { return from_[k] >= 0 && !were_entries_; }
   /// What the k-th carried last tick, before it is set.
   void recall(std::size_t k, ContactMemory& memory) const;
   /// Fetches it.

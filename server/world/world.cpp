@@ -48,7 +48,10 @@ struct World::Steps {
   static void know_in_W(State& s, std::size_t i);
   static void prepare(State& s, Executor& executor);
   static void expect_contact(const State& s, std::size_t k);
+  static bool renew(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies,
+                    const State& s);
   static void set_up(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies, State& s);
+  static void set_material(ContactConstraint& c, const State& s);
   static ContactTick contact_tick(const State& s, Executor& executor);
   static StepReport report(const State& s);
 };
@@ -336,9 +339,12 @@ void World::Steps::prepare(State& s, Executor& executor) {
                  if (k + kConstraintsAhead < end) expect_contact(s, k + kConstraintsAhead);
                  ContactConstraint& c = s.contacts[k];
                  s.constraints[k] = &c;
-                 s.contacts.recall(k, last_tick);
-                 set_up(c, s.touching[k], bodies, s);
-                 last_tick.restore(c);
+                 const bool is_renewed = s.contacts.lasts(k) && renew(c, s.touching[k], bodies, s);
+                 if (!is_renewed) {
+                   s.contacts.recall(k, last_tick);
+                   set_up(c, s.touching[k], bodies, s);
+                   last_tick.restore(c);
+                 }
                  look_at(c);
                  overlaps.add(c);
                }
@@ -358,6 +364,16 @@ void World::Steps::expect_contact(const State& s, std::size_t k) {
   fetch(&s.bodies.inverse_mass[b]);
 }
 
+/// With the forces of last tick, where the same points meet.
+bool World::Steps::renew(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies,
+                         const State& s) {
+  if (touch.ahead != nullptr || !has_same_points(c, *touch.manifold)) return false;
+  const auto [a, b] = touch.pair;
+  renew_constraint(c, *touch.manifold, a, b, bodies, s.inverse_inertia_W);
+  set_material(c, s);
+  return true;
+}
+
 /// Without forces.
 void World::Steps::set_up(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies,
                           State& s) {
@@ -367,13 +383,17 @@ void World::Steps::set_up(ContactConstraint& c, const Touch& touch, const BodyAr
   } else {
     set_constraint(c, *touch.manifold, a, b, bodies, s.inverse_inertia_W);
   }
-  const ContactMaterial material =
-      combined(s.bodies.material[index(a)], s.bodies.material[index(b)]);
+  set_material(c, s);
+}
+
+void World::Steps::set_material(ContactConstraint& c, const State& s) {
+  const std::size_t a = index(c.a), b = index(c.b);
+  const ContactMaterial material = combined(s.bodies.material[a], s.bodies.material[b]);
   c.friction = material.friction;
   c.restitution = material.restitution;
   c.rolling_m = material.rolling_m;
   c.torsional_m = material.torsional_m;
-  c.tolerance_m = s.contact_tolerance(index(a), index(b));
+  c.tolerance_m = s.contact_tolerance(a, b);
 }
 
 /// What the contact solver is to know beside bodies and constraints.

@@ -34,33 +34,37 @@ Vector to_undeformed(const ContactConstraint& c, const Manifold& manifold) {
   return share * sum / manifold.count * c.n;
 }
 
-}  // namespace
-
-void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
-                    const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B) {
-  const auto A = static_cast<std::size_t>(a);
-  const auto B = static_cast<std::size_t>(b);
+/// All but what its points carry; the shift of its points from those of the manifold, m.
+Vector place(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
+             const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B) {
   c.a = a;
   c.b = b;
   c.part = manifold.part;
   c.n = manifold.normal_W;
-  c.inverse_mass_A = bodies.inverse_mass[A];
-  c.inverse_mass_B = bodies.inverse_mass[B];
+  c.inverse_mass_A = bodies.inverse_mass[static_cast<std::size_t>(a)];
+  c.inverse_mass_B = bodies.inverse_mass[static_cast<std::size_t>(b)];
   c.inverse_inertia_A = &place_A.inverse_inertia_W;
   c.inverse_inertia_B = &place_B.inverse_inertia_W;
   c.from_B = place_A.x - place_B.x;
-  if (c.is_ahead) c.turn_A = c.turn_B = Rotation::Identity();
-  c.is_ahead = false;
-  if (c.turns_heavily()) c.torque = Vector::Zero();
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
   c.preload = 0;
   c.carrying = 0;
   c.is_met = c.is_known = false;
-  if (c.has_rested) c.rests = {};
-  c.has_rested = false;
   c.t1 = tangent(c.n);
   c.count = static_cast<std::int16_t>(manifold.count);
-  const Vector aside = to_undeformed(c, manifold);
+  return to_undeformed(c, manifold);
+}
+
+}  // namespace
+
+void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
+                    const BodyArrays& bodies, const BodyPlace& place_A, const BodyPlace& place_B) {
+  if (c.is_ahead) c.turn_A = c.turn_B = Rotation::Identity();
+  c.is_ahead = false;
+  if (c.turns_heavily()) c.torque = Vector::Zero();
+  if (c.has_rested) c.rests = {};
+  c.has_rested = false;
+  const Vector aside = place(c, manifold, a, b, bodies, place_A, place_B);
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
     p.rA = manifold.points[i].p_W - place_A.x + aside;
@@ -69,6 +73,32 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
     p.force = p.press = 0;
     c.K_normals[i] = 0;
     c.features[i] = manifold.points[i].feature;
+  }
+}
+
+bool has_same_points(const ContactConstraint& c, const Manifold& manifold) {
+  if (c.count != manifold.count || c.is_ahead || c.has_rested || c.turns_heavily()) return false;
+  for (std::size_t i = 0; i < c.used().size(); ++i) {
+    if (c.features[i] != manifold.points[i].feature) return false;
+  }
+  return true;
+}
+
+void renew_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a,
+                      std::int32_t b, const BodyArrays& bodies,
+                      std::span<const Matrix> inverse_inertia_W) {
+  const auto A = static_cast<std::size_t>(a), B = static_cast<std::size_t>(b);
+  const Vector t1 = c.t1, t2 = c.t2();
+  const Vector aside = place(c, manifold, a, b, bodies, {bodies.x[A], inverse_inertia_W[A]},
+                             {bodies.x[B], inverse_inertia_W[B]});
+  c.is_known = true;
+  const Vector t2_now = c.t2();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
+    ConstraintPoint& p = c.points[i];
+    p.rA = manifold.points[i].p_W - bodies.x[A] + aside;
+    p.s0 = manifold.points[i].separation;
+    const Vector friction = p.force_t.x() * t1 + p.force_t.y() * t2;
+    p.force_t = {c.t1.dot(friction), t2_now.dot(friction)};
   }
 }
 

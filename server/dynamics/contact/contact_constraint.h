@@ -197,6 +197,12 @@ void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t
 /// long as the constraint.
 void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,
                     const BodyArrays& bodies, std::span<const Matrix> inverse_inertia_W);
+/// Whether nothing of it but its points carries, and these are the manifold's, one by one.
+bool has_same_points(const ContactConstraint& c, const Manifold& manifold);
+/// Likewise, where that is so: they carry what they did.
+void renew_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a,
+                      std::int32_t b, const BodyArrays& bodies,
+                      std::span<const Matrix> inverse_inertia_W);
 ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std::int32_t b,
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);

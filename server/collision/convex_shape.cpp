@@ -3,7 +3,9 @@
 #include "server/collision/convex_shape.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "server/collision/index.h"
 #include "server/collision/likely_vertices.h"
@@ -30,6 +32,12 @@ const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int3
     }
   }
   return hull.vertices[index(hint)];
+}
+
+/// `size`, or -size where d is below 0. Which it is is chance, so: no branch.
+double toward(double d, double size) {
+  constexpr int kSign = 63;
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(size) ^ std::uint64_t{d < 0} << kSign);
 }
 
 /// How far d reaches beside z.
@@ -93,10 +101,9 @@ ConvexShape::ConvexShape(const SurfaceTriangle& t) : kind(ShapeKind::mesh), tria
 Vector ConvexShape::support(const Vector& d, std::int32_t& hint) const {
   switch (kind) {
     case ShapeKind::box:
-      return {d.x() < 0 ? -size.x() : size.x(), d.y() < 0 ? -size.y() : size.y(),
-              d.z() < 0 ? -size.z() : size.z()};
+      return {toward(d.x(), size.x()), toward(d.y(), size.y()), toward(d.z(), size.z())};
     case ShapeKind::capsule:
-      return {0, 0, d.z() < 0 ? -size.y() : size.y()};
+      return {0, 0, toward(d.z(), size.y())};
     case ShapeKind::cylinder:
       return on_rim(size.x(), d.z() < 0 ? -size.y() : size.y(), d, across_z(d));
     case ShapeKind::cone: {

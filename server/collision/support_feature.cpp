@@ -88,14 +88,17 @@ SupportFeature side(double r_lower, double r_upper, double half_length, const Ve
 }
 
 SupportFeature box_face(const Vector& h, const Vector& d) {
-  int axis = 0;
-  d.cwiseAbs().maxCoeff(&axis);
+  const Vector size = d.cwiseAbs();
+  // Which axis and side it is is chance: no branches.
+  int axis = size.y() > size.x() ? 1 : 0;
+  axis = size.z() > size[axis] ? 2 : axis;
   const bool upper = d[axis] >= 0;
+  const double ends[3][2] = {{-h.x(), h.x()}, {-h.y(), h.y()}, {-h.z(), h.z()}};
   // Counter-clockwise as seen from outside.
-  const int x = upper ? (axis + 1) % 3 : (axis + 2) % 3;
-  const int y = upper ? (axis + 2) % 3 : (axis + 1) % 3;
+  constexpr int kNext[] = {1, 2, 0, 1, 2};
+  const int x = kNext[axis + (upper ? 0 : 1)], y = kNext[axis + (upper ? 1 : 0)];
   SupportFeature face;
-  face.normal = upper ? Vector::Unit(axis) : Vector(-Vector::Unit(axis));
+  face.normal[axis] = upper ? 1 : -1;
   std::array<std::uint32_t, 4> bits;
   constexpr std::array<bool, 4> kRight = {true, false, false, true};
   constexpr std::array<bool, 4> kUp = {true, true, false, false};
@@ -104,10 +107,9 @@ SupportFeature box_face(const Vector& h, const Vector& d) {
               static_cast<std::uint32_t>(kRight[k]) << x | static_cast<std::uint32_t>(kUp[k]) << y;
   }
   for (std::size_t k = 0; k < 4; ++k) {
-    Vector corner;
-    for (int i = 0; i < 3; ++i) corner[i] = (bits[k] >> i & 1u) ? h[i] : -h[i];
     const std::uint32_t next = bits[(k + 1) % 4];
-    face.add(corner, bits[k], name_of(bits[k] & next, bits[k] | next));
+    face.add({ends[0][bits[k] & 1], ends[1][bits[k] >> 1 & 1], ends[2][bits[k] >> 2]}, bits[k],
+             name_of(bits[k] & next, bits[k] | next));
   }
   return face;
 }

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "tests/bench/parting.h"
+#include "tests/bench/poses.h"
 #include "tests/bench/random_poses.h"
 
 namespace cradle::bench {
@@ -98,7 +99,7 @@ Vector side_to_rest_on(const Solid& solid, RandomPoses& random) {
 /// Turns `side` to where it looks, and then the shape about z; what lies gets its axis along y, so
 /// that two of them lie along each other.
 Matrix laid(const Vector& side, const Vector& to, bool lies, RandomPoses& random) {
-  const Matrix R = Rotation::FromTwoVectors(side, to).toRotationMatrix();
+  const Matrix R = turn_onto(side, to).toRotationMatrix();
   const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
   if (!lies) return Eigen::AngleAxisd(angle, Vector::UnitZ()) * R;
   const Vector axis = R.col(2);

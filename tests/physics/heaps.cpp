@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/world/contact_cache.h"
+#include "tests/bench/poses.h"
 #include "tests/physics/flock.h"
 #include "tests/physics/worlds.h"
 
@@ -22,7 +23,7 @@ void add_pit(World& world, int side) {
     const Vector inward(k == 0 ? 1 : k == 1 ? -1 : 0, k == 2 ? 1 : k == 3 ? -1 : 0, 0);
     BodySpec wall = ground();
     wall.p_WBo = {-half * inward.x(), -half * inward.y(), 0};
-    const Rotation q = Rotation::FromTwoVectors(Vector::UnitZ(), inward);
+    const Rotation q = turn_onto(Vector::UnitZ(), inward);
     wall.q_WB = {q.w(), q.x(), q.y(), q.z()};
     add(world, wall);
   }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "server/dynamics/mass_properties.h"
+#include "tests/bench/poses.h"
 #include "tests/physics/solids.h"
 
 namespace cradle {
@@ -356,7 +357,7 @@ TEST_CASE("bodies that are symmetric along their axes keep them") {
   const Matrix J = 5 * Matrix::Identity() - 4 * along * along.transpose();
   const PrincipalAxes axes = principal_axes(J);
   CHECK((axes.q_BP * Vector::UnitZ() - along).norm() < 1e-14);
-  CHECK(axes.q_BP.angularDistance(Rotation::FromTwoVectors(Vector::UnitZ(), along)) < 1e-7);
+  CHECK(axes.q_BP.angularDistance(turn_onto(Vector::UnitZ(), along)) < 1e-7);
 }
 
 }  // namespace cradle

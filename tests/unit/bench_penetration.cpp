@@ -23,9 +23,7 @@ Matrix turned(double angle_rad, const Vector& axis) {
 }
 
 /// A cube that stands on a corner: its longest diagonal points along z.
-Matrix on_its_corner() {
-  return Rotation::FromTwoVectors(Vector{1, 1, 1}, Vector::UnitZ()).toRotationMatrix();
-}
+Matrix on_its_corner() { return turn_onto(Vector{1, 1, 1}, Vector::UnitZ()).toRotationMatrix(); }
 
 /// A scene of boxes, spheres, capsules and cones, every third static, in a cloud about the origin.
 Scene cloud(int count) {

@@ -2,6 +2,7 @@
 // the best of all, of any depth, against a search over many directions and down from the best of
 // them, by support functions alone. What that finds is never below the truth, so nothing that is
 // exact is above it.
+#include "tests/bench/poses.h"
 #include "tests/unit/collision_pairs.h"
 #include "tests/unit/overlap_by_search.h"
 #include "tests/unit/trials.h"
@@ -115,7 +116,7 @@ TEST_CASE("discs nearly level over a face of a box or hull are as deep as told")
                 : pair.A.hull().normals[static_cast<std::size_t>(random.uniform(0, 3.999))];
         const double tilt = std::pow(10, random.uniform(-9, -6));
         const Vector n = Eigen::AngleAxisd(tilt, random.direction()) * (pair.X_WA.R * face);
-        pair.X_WB.R = Rotation::FromTwoVectors(Vector::UnitZ(), n).toRotationMatrix();
+        pair.X_WB.R = turn_onto(Vector::UnitZ(), n).toRotationMatrix();
         pair.X_WB.x = random.vector(0.3);
         pair.X_WB.x += n * (overlap(pair, n) - random.uniform(-0.01, 0.01));
         const Manifold manifold = pair.collide(kWideMargin);

@@ -51,8 +51,17 @@ void BodyLines::forgive_struck() {
 
 void BodyLines::add_up(const std::vector<double>& gains, std::vector<double>& of_islands) const {
   of_islands.assign(islands_count_, 0);
-  for (std::int32_t line = 0; line < moving_; ++line)
-    of_islands[island_of(line)] += at(gains, line);
+  if (moving_ == 0) return;
+  std::size_t island = island_of(0);
+  double sum = 0;  // its sum, so far: neighbours are mostly of one island
+  for (std::int32_t line = 0; line < moving_; ++line) {
+    if (const std::size_t here = island_of(line); here != island) {
+      of_islands[island] = sum;
+      sum = of_islands[island = here];
+    }
+    sum += at(gains, line);
+  }
+  of_islands[island] = sum;
 }
 
 void BodyLines::begin_repeats() {

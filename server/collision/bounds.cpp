@@ -1,5 +1,6 @@
 #include "server/collision/bounds.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/collision/convex_shape.h"
@@ -113,9 +114,13 @@ Aabb bounds(const Collider& collider) {
 
 Aabb swept(const Aabb& box, const Vector& displacement, double margin) {
   if (box.is_empty()) return box;
-  const Vector grow = Vector::Constant(margin);
-  return {box.lower + displacement.cwiseMin(0.0) - grow,
-          box.upper + displacement.cwiseMax(0.0) + grow};
+  Aabb all;
+  for (int k = 0; k < 3; ++k) {  // not by Eigen's minimum: GCC would branch, and guess wrong
+    const double d = displacement[k];
+    all.lower[k] = box.lower[k] + std::min(d, 0.0) - margin;
+    all.upper[k] = box.upper[k] + std::max(d, 0.0) + margin;
+  }
+  return all;
 }
 
 double bounding_radius(const Shape& shape) {

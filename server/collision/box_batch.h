@@ -71,8 +71,13 @@ class BoxBatch {
       return pair.met_by_edges && block.s_edge[lane] > -block.slack[lane];
     }
     static Face face(const Pose& X_WB, double number);
-    const Pose& reference_pose() const { return on_A() ? *pair.X_WA : *pair.X_WB; }
-    const Pose& incident_pose() const { return on_A() ? *pair.X_WB : *pair.X_WA; }
+    /// Of A, or else of B. Which it is is chance, so: no branch.
+    const Pose& pose(bool of_A) const {
+      const Pose* const poses[] = {pair.X_WB, pair.X_WA};
+      return *poses[of_A ? 1 : 0];
+    }
+    const Pose& reference_pose() const { return pose(on_A()); }
+    const Pose& incident_pose() const { return pose(!on_A()); }
     Face reference() const { return face(reference_pose(), block.reference[lane]); }
     Face incident() const { return face(incident_pose(), block.incident[lane]); }
     void set(Manifold& manifold) const;

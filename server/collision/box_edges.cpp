@@ -18,11 +18,8 @@ struct Edge {
   Edge(const Vector& half_extents, int axis, const Vector& d) : middle(half_extents) {
     std::uint32_t bits = 0;
     for (int k = 0; k < 3; ++k) {
-      if (d[k] < 0) {
-        middle[k] = -half_extents[k];
-      } else {
-        bits |= 1u << k;
-      }
+      middle[k] = toward(d[k], half_extents[k]);
+      bits |= (d[k] < 0 ? 0u : 1u) << k;
     }
     middle[axis] = 0;
     name = name_of(bits & ~(1u << axis), bits | 1u << axis);

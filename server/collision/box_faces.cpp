@@ -16,8 +16,14 @@ namespace {
 
 constexpr std::uint32_t kFaces = 6;
 
-constexpr int after(int axis) { return axis < 2 ? axis + 1 : 0; }
-constexpr int before(int axis) { return axis > 0 ? axis - 1 : 2; }
+constexpr int after(int axis) {
+  constexpr int kAfter[] = {1, 2, 0};
+  return kAfter[axis];
+}
+constexpr int before(int axis) {
+  constexpr int kBefore[] = {2, 0, 1};
+  return kBefore[axis];
+}
 
 /// Bits 6..11, by the incident face and the candidate: of its corner, and of the edge that it is
 /// on, or the whole face.
@@ -87,12 +93,13 @@ void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifol
   const auto incident = static_cast<std::size_t>(static_cast<int>(block.incident[lane]));
   const bool on_A = block.on_A[lane] > 0;
   const int z = static_cast<int>(number / 2), x = after(z), y = before(z);
-  const double turn = (number & 1) != 0 ? 1 : -1;
-  const double height = on_A ? block.h_A[z][lane] : block.h_B[z][lane];
+  constexpr double kSign[] = {-1, 1};
+  const double turn = kSign[number & 1];
+  const double height = (on_A ? block.h_A : block.h_B)[z][lane];
   const Vector x_W = X_WR.R.col(x), y_W = X_WR.R.col(y), z_W = turn * X_WR.R.col(z);
   const Vector origin_W = X_WR.x + z_W * height;
   const std::uint32_t face_name = ((on_A ? 0 : kFaces) + number) << 12;
-  manifold.normal_W = (on_A ? turn : -turn) * X_WR.R.col(z);
+  manifold.normal_W = kSign[on_A ? 1 : 0] * turn * X_WR.R.col(z);
   manifold.lead = block.bears[lane];
   manifold.choice = choice_of(block, lane);
   int count = 0;

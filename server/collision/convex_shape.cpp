@@ -3,9 +3,7 @@
 #include "server/collision/convex_shape.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 
 #include "server/collision/index.h"
 #include "server/collision/likely_vertices.h"
@@ -32,12 +30,6 @@ const Vector& support_of_hull(const ConvexHull& hull, const Vector& d, std::int3
     }
   }
   return hull.vertices[index(hint)];
-}
-
-/// `size`, or -size where d is below 0. Which it is is chance, so: no branch.
-double toward(double d, double size) {
-  constexpr int kSign = 63;
-  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(size) ^ std::uint64_t{d < 0} << kSign);
 }
 
 /// How far d reaches beside z.

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <bit>
+#include <cstdint>
 #include <limits>
 
 namespace cradle {
@@ -20,6 +22,12 @@ inline Vector to_eigen(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline Rotation to_eigen(const Quat& q) { return {q.w, q.x, q.y, q.z}; }
 inline Vec3 to_plain(const Vector& v) { return {v.x(), v.y(), v.z()}; }
 inline Quat to_plain(const Rotation& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+/// `size`, or -size where d is below 0. Where that is chance it takes no branch.
+inline double toward(double d, double size) {
+  constexpr int kSign = 63;
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(size) ^ std::uint64_t{d < 0} << kSign);
+}
 
 /// Where a shape is: a point of B is `x + R * r_B` in W.
 struct Pose {

@@ -77,9 +77,11 @@ bool PairMemory::holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double
   if (pair.place < 0) return false;
   const bool was_held = pair.is_held != 0;
   const double motion = pair.motion(X_WA, X_WB, turned);
-  pair.is_held = pair.count > 0
-                     ? motion < pair.bears_m && margin <= pair.margin_m + kTolerances.kept_margin_m
-                     : motion + margin < pair.bears_m;
+  // Which of both it is is chance, so: no branches.
+  const bool touches = pair.count > 0;
+  const double counts_as_motion[] = {margin, 0};
+  pair.is_held = (motion + counts_as_motion[touches ? 1 : 0] < pair.bears_m) &
+                 (!touches | (margin <= pair.margin_m + kTolerances.kept_margin_m));
   if (pair.is_held != 0) return true;
   pair.is_slow = was_held || pair.is_new() || motion < most_bearable_motion(reach);
   pair.begin(X_WA, X_WB, turned);
@@ -107,7 +109,7 @@ void PairMemory::expect(std::size_t k, bool begins_at_axis) const {
   const std::int32_t from = from_[k];
   const KeptPair& pair = from < 0 ? now_.pairs[k] : last_.pairs[static_cast<std::size_t>(from)];
   if (pair.place < 0) return;
-  const bool may_hold = pair.count > 0 && pair.bears_m > 0;
+  const bool may_hold = (pair.count > 0) & (pair.bears_m > 0);
   if (!may_hold && !begins_at_axis) return;
   const auto& manifold = manifolds_[static_cast<std::size_t>(pair.place)];
   fetch(&manifold, may_hold ? sizeof(manifold) : sizeof(manifold.n_A));

@@ -58,11 +58,11 @@ struct Overlaps {
   double sum_m = 0, max_m = 0;
 
   void add(const ContactConstraint& c) {
-    for (const ConstraintPoint& p : c.used()) {
-      if (p.s0 > 0) continue;
-      ++points;
-      sum_m -= p.s0;
-      max_m = std::max(max_m, -p.s0);
+    for (const ConstraintPoint& p : c.used()) {  // without branches: it is chance
+      points += p.s0 <= 0 ? 1 : 0;
+      const double overlap_m = std::max(-p.s0, 0.0);
+      sum_m += overlap_m;
+      max_m = std::max(max_m, overlap_m);
     }
   }
   void add(const Overlaps& other) {

@@ -6,13 +6,14 @@
 namespace cradle {
 
 Vector tangent(const Vector& n) {
-  const double z = n.z();
-  if (std::abs(n.x()) < 0.57) {  // x cross n, or else y cross n
-    const double share = 1 / std::sqrt(n.y() * n.y() + z * z);
-    return {0, -share * z, share * n.y()};
-  }
-  const double share = 1 / std::sqrt(n.x() * n.x() + z * z);
-  return {share * z, 0, -share * n.x()};
+  // x cross n, or else y cross n, along the other of x and y and along z. Which one is chance, so
+  // that is an index, not a branch.
+  const int other = std::abs(n.x()) < 0.57 ? 1 : 0;
+  const double sign = 1 - 2 * other, z = n.z(), beside = n[other];
+  const double share = sign / std::sqrt(beside * beside + z * z);
+  double across[] = {0, 0};
+  across[other] = share * z;
+  return {across[0], across[1], -share * beside};
 }
 
 namespace {
@@ -126,7 +127,7 @@ void look_at(ContactConstraint& c) {
   const double yields = c.inverse_mass_A + c.inverse_mass_B;
   for (const ConstraintPoint& p : c.used()) {
     c.press = std::max(c.press, p.press);
-    if (p.force * yields > kNoLoad) ++c.carrying;
+    c.carrying = static_cast<std::int16_t>(c.carrying + (p.force * yields > kNoLoad ? 1 : 0));
     c.is_met |= p.s0 <= 0;
     c.deepest_m = std::max(c.deepest_m, -p.s0);
   }

@@ -115,10 +115,9 @@ Aabb bounds(const Collider& collider) {
 Aabb swept(const Aabb& box, const Vector& displacement, double margin) {
   if (box.is_empty()) return box;
   Aabb all;
-  for (int k = 0; k < 3; ++k) {  // not by Eigen's minimum: GCC would branch, and guess wrong
-    const double d = displacement[k];
-    all.lower[k] = box.lower[k] + std::min(d, 0.0) - margin;
-    all.upper[k] = box.upper[k] + std::max(d, 0.0) + margin;
+  for (int k = 0; k < 3; ++k) {  // the constant first: see `within`, which Eigen's minimum is like
+    all.lower[k] = box.lower[k] + std::min(0.0, displacement[k]) - margin;
+    all.upper[k] = box.upper[k] + std::max(0.0, displacement[k]) + margin;
   }
   return all;
 }

@@ -65,7 +65,7 @@ class BoxBatch {
     bool on_A() const { return block.on_A[lane] > 0; }
     bool is_flush() const { return block.until_tilted[lane] > 0; }
     bool is_apart() const {
-      return block.s_A[lane] > 0 || block.s_B[lane] > 0 || block.s_edge[lane] > 0;
+      return (block.s_A[lane] > 0) | (block.s_B[lane] > 0) | (block.s_edge[lane] > 0);
     }
     bool stays_by_edges() const {
       return pair.met_by_edges && block.s_edge[lane] > -block.slack[lane];

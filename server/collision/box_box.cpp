@@ -47,9 +47,9 @@ void fill_up(BoxPairBlock& block, int pairs, int lanes) {
 
 /// What faces part the boxes by, if that is more than the margin, or edges do; else the margin.
 double separation_beyond(const BoxPairBlock& b, int lane, double margin) {
-  if (!(b.s_A[lane] <= margin)) return b.s_A[lane];
-  if (!(b.s_B[lane] <= margin)) return b.s_B[lane];
-  return std::max(margin, b.s_edge[lane]);
+  const double s_A = b.s_A[lane], s_B = b.s_B[lane];
+  const double beyond[] = {std::max(margin, b.s_edge[lane]), s_B, s_A, s_A};  // it is chance
+  return beyond[(s_A <= margin ? 0 : 2) + (s_B <= margin ? 0 : 1)];
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   const bool met_by_edges = choice == kEdgesOfChoice;
   queue.pairs[static_cast<std::size_t>(lane)] = {key,     &A.shape, &B.shape,    &A.X_WB,
                                                  &B.X_WB, margin,   met_by_edges};
-  if (met_by_edges) choice = 0;
+  choice = met_by_edges ? 0 : choice;
   BoxPairBlock& b = queue.block;
   b.half_A[lane] = A.shape.parameters.data();
   b.half_B[lane] = B.shape.parameters.data();

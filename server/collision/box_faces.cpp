@@ -95,7 +95,8 @@ void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifol
   const int z = static_cast<int>(number / 2), x = after(z), y = before(z);
   constexpr double kSign[] = {-1, 1};
   const double turn = kSign[number & 1];
-  const double height = (on_A ? block.h_A : block.h_B)[z][lane];
+  const BoxAxesBlock::Row* const halves[] = {block.h_B, block.h_A};
+  const double height = halves[on_A ? 1 : 0][z][lane];
   const Vector x_W = X_WR.R.col(x), y_W = X_WR.R.col(y), z_W = turn * X_WR.R.col(z);
   const Vector origin_W = X_WR.x + z_W * height;
   const std::uint32_t face_name = ((on_A ? 0 : kFaces) + number) << 12;

@@ -227,8 +227,7 @@ Vector nearest_of_polygon(const SupportFeature& feature, const Vector& c) {
     const Vector& q = feature.corners[k + 1 < count ? k + 1 : 0];
     const Vector way = q - p, to_c = c - p;
     const double length2 = way.head<2>().squaredNorm();
-    const double t =
-        length2 > 0 ? std::clamp(to_c.head<2>().dot(way.head<2>()) / length2, 0.0, 1.0) : 0;
+    const double t = length2 > 0 ? within(0, to_c.head<2>().dot(way.head<2>()) / length2, 1) : 0;
     const double distance = (to_c - t * way).head<2>().norm();
     if (distance < least) least = distance, nearest = p + t * way;
     is_inside = is_inside && feature.normal.z() * cross(way.x(), way.y(), to_c.x(), to_c.y()) > 0;
@@ -319,8 +318,8 @@ void overlap_lines(const SupportFeature& A, const SupportFeature& B, double slac
     const double past_A = slack / length_A, past_B = slack / length_B;
     has_crossing = crossing_A >= -past_A && crossing_A <= 1 + past_A && crossing_B >= -past_B &&
                    crossing_B <= 1 + past_B;
-    crossing_A = std::clamp(crossing_A, 0.0, 1.0);
-    crossing_B = std::clamp(crossing_B, 0.0, 1.0);
+    crossing_A = within(0, crossing_A, 1);
+    crossing_B = within(0, crossing_B, 1);
   }
   const double z_A = A.corners[0].z() + a.z() * crossing_A;
   const double z_B = B.corners[0].z() + b.z() * crossing_B;

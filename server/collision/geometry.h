@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -28,6 +29,10 @@ inline double toward(double d, double size) {
   constexpr int kSign = 63;
   return std::bit_cast<double>(std::bit_cast<std::uint64_t>(size) ^ std::uint64_t{d < 0} << kSign);
 }
+
+/// `x`, but no less than `low` and no more than `high`; NaN gives `low`. GCC 12 branches for
+/// std::clamp, and for std::max and std::min with a constant behind.
+inline double within(double low, double x, double high) { return std::min(high, std::max(low, x)); }
 
 /// Where a shape is: a point of B is `x + R * r_B` in W.
 struct Pose {

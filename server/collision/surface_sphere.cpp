@@ -17,8 +17,7 @@ Vector nearest_point(const SurfaceTriangle& t, const Vector& p) {
     const Vector from = p - t.corners[k];
     if (t.normal.cross(edge).dot(from) >= 0) continue;
     is_over = false;
-    const Vector foot =
-        t.corners[k] + std::clamp(edge.dot(from) / edge.squaredNorm(), 0.0, 1.0) * edge;
+    const Vector foot = t.corners[k] + within(0, edge.dot(from) / edge.squaredNorm(), 1) * edge;
     if ((p - foot).squaredNorm() < least) least = (p - foot).squaredNorm(), nearest = foot;
   }
   return is_over ? Vector(p - t.normal * t.normal.dot(p - t.corners[0])) : nearest;
@@ -42,7 +41,7 @@ void SurfaceContactFinder::add_sphere(const SurfaceTriangle& t) {
     const Vector e = edge / edge_length;
     if (t.normal.cross(e).dot(c - p) >= -seam_) continue;
     is_over = false;
-    const double u = std::clamp(e.dot(c - p), 0.0, edge_length);
+    const double u = within(0, e.dot(c - p), edge_length);
     const Vector foot = p + u * e;
     const double distance2 = (c - foot).squaredNorm();
     if (distance2 < nearest2) {

@@ -73,10 +73,10 @@ class SegmentSearch {
     const Vector d = q - p;
     const double across2 = d.x() * d.x() + d.y() * d.y(), length2 = d.squaredNorm();
     const double toward = -(p.x() * d.x() + p.y() * d.y());
-    double u = across2 > 0 ? std::clamp(toward / across2, 0.0, 1.0) : 0.5;
-    const double level = p.z() + u * d.z(), z = std::clamp(level, -h_, h_);
+    double u = across2 > 0 ? within(0, toward / across2, 1) : 0.5;
+    const double level = p.z() + u * d.z(), z = within(-h_, level, h_);
     if (z != level && length2 > 0) {
-      u = std::clamp((toward + (z - p.z()) * d.z()) / length2, 0.0, 1.0);
+      u = within(0, (toward + (z - p.z()) * d.z()) / length2, 1);
     }
     take(z, p + u * d - Vector(0, 0, z));
   }

@@ -83,7 +83,7 @@ bool PairMemory::holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double
   pair.is_held = (motion + counts_as_motion[touches ? 1 : 0] < pair.bears_m) &
                  (!touches | (margin <= pair.margin_m + kTolerances.kept_margin_m));
   if (pair.is_held != 0) return true;
-  pair.is_slow = was_held || pair.is_new() || motion < most_bearable_motion(reach);
+  pair.is_slow = was_held | pair.is_new() | (motion < most_bearable_motion(reach));
   pair.begin(X_WA, X_WB, turned);
   pair.margin_m = margin;
   return false;
@@ -119,7 +119,7 @@ void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double 
                       const Manifold& made, bool begins_at_axis) {
   KeptPair& pair = now_.pairs[k];
   if (pair.place < 0) return;
-  const bool is_worth_it = made.count == 0 || pair.is_slow != 0;
+  const bool is_worth_it = (made.count == 0) | (pair.is_slow != 0);
   const double bears = is_worth_it ? bearable_motion(made, reach) : 0;
   pair.count = made.count;
   pair.choice = static_cast<std::uint32_t>(made.choice);

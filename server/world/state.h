@@ -60,7 +60,7 @@ struct Overlaps {
   void add(const ContactConstraint& c) {
     for (const ConstraintPoint& p : c.used()) {  // without branches: it is chance
       points += p.s0 <= 0 ? 1 : 0;
-      const double overlap_m = std::max(-p.s0, 0.0);
+      const double overlap_m = std::max(0.0, -p.s0);
       sum_m += overlap_m;
       max_m = std::max(max_m, overlap_m);
     }

@@ -33,7 +33,7 @@ std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap) {
 
 /// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
 /// take half the time.
-bool is_idle(const ContactConstraint& c) { return c.carrying == 0 && !c.is_met; }
+bool is_idle(const ContactConstraint& c) { return (c.carrying == 0) & !c.is_met; }
 
 constexpr int kLine = 8;  // numbers
 

@@ -83,7 +83,8 @@ bool PairMemory::holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double
   pair.is_held = (motion + counts_as_motion[touches ? 1 : 0] < pair.bears_m) &
                  (!touches | (margin <= pair.margin_m + kTolerances.kept_margin_m));
   if (pair.is_held != 0) return true;
-  pair.is_slow = was_held | pair.is_new() | (motion < most_bearable_motion(reach));
+  const bool is_new = pair.is_new(), has_hardly_moved = motion < most_bearable_motion(reach);
+  pair.is_slow = was_held | is_new | has_hardly_moved;
   pair.begin(X_WA, X_WB, turned);
   pair.margin_m = margin;
   return false;

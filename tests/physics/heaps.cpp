@@ -243,3 +243,50 @@ TEST_CASE("of a contact that carries nothing one entry tells that it was there")
   CHECK(rested.rests[2].m == 1e-3);
   CHECK(rested.rests[2].load == 5);
 }
+
+TEST_CASE("a contact whose points are last tick's carries the same, in another frame, too") {
+  // The normal turns to where the tangents are others, by a quarter turn.
+  ContactConstraint before = contact_of_four();
+  before.n = Vector(0.56, 0.1, 0.82).normalized();
+  before.t1 = tangent(before.n);
+  Manifold manifold;
+  manifold.normal_W = Vector(0.58, 0.1, 0.81).normalized();
+  manifold.count = before.count;
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    ConstraintPoint& p = before.points[k];
+    p.force = 3 + k;
+    p.press = 7;
+    p.force_t = {1, 0.5 * k};
+    before.K_normals[k] = 2 + k;
+    before.features[k] = 10 - k;
+    manifold.points[k] = {{0.1 * k, 0.2, 0.3}, -1e-3 * k, 10 - k};
+  }
+  std::vector<Vector> x = {Vector(0, 0, -1), Vector(0.1, 0, 1)}, none(2, Vector::Zero());
+  std::vector<Rotation> q(2, Rotation::Identity());
+  const std::vector<double> inverse_mass = {0, 2};
+  const std::vector<Matrix> inverse_inertia(2, Matrix::Identity());
+  const BodyArrays bodies{x, q, none, none, inverse_mass, none, none, none, none};
+
+  ContactConstraint renewed = before;
+  REQUIRE(has_same_points(renewed, manifold));
+  renew_constraint(renewed, manifold, 0, 1, bodies, inverse_inertia);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto friction = [k](const ContactConstraint& c) {
+      return Vector(c.points[k].force_t.x() * c.t1 + c.points[k].force_t.y() * c.t2());
+    };
+    const Vector out = manifold.normal_W.dot(friction(before)) * manifold.normal_W;
+    CHECK((friction(renewed) - (friction(before) - out)).norm() < 1e-14);
+  }
+  const ContactConstraint anew =
+      restored(before, make_constraint(manifold, 0, 1, bodies, inverse_inertia));
+  CHECK(std::memcmp(&renewed.points, &anew.points, sizeof(anew.points)) == 0);
+  CHECK(renewed.K_normals == anew.K_normals);
+  CHECK(renewed.features == anew.features);
+  CHECK(renewed.is_known == anew.is_known);
+
+  manifold.points[2].feature = 20;
+  CHECK_FALSE(has_same_points(before, manifold));
+  manifold.points[2].feature = 8;
+  before.set_rest(before.points[0], {1e-3, 5});
+  CHECK_FALSE(has_same_points(before, manifold));
+}

@@ -94,13 +94,18 @@ void renew_constraint(ContactConstraint& c, const Manifold& manifold, std::int32
                              {bodies.x[B], inverse_inertia_W[B]});
   c.is_known = true;
   const Vector t2_now = c.t2();
+  bool bears = false;
   for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
     ConstraintPoint& p = c.points[i];
     p.rA = manifold.points[i].p_W - bodies.x[A] + aside;
     p.s0 = manifold.points[i].separation;
     const Vector friction = p.force_t.x() * t1 + p.force_t.y() * t2;
     p.force_t = {c.t1.dot(friction), t2_now.dot(friction)};
+    bears |= (p.force != 0) | (p.press != 0);
   }
+  if (bears) return;
+  c.K_normals.fill(c.K_normals[0]);  // one entry tells of all (contact_cache.h)
+  for (ConstraintPoint& p : c.used()) p.force_t.setZero();
 }
 
 void set_constraint(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std::int32_t b,

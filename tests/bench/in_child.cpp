@@ -2,9 +2,12 @@
 
 #include <poll.h>
 #include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -17,8 +20,9 @@
 namespace cradle::bench {
 namespace {
 
-// What a child says begins with one of these.
-constexpr char kDone = 'd', kFailed = 'f';
+// What a child says begins with one of these; that it passes on is all it says for now.
+constexpr char kDone = 'd', kFailed = 'f', kPassed = 'p';
+constexpr char kGo = 'g';  // what it is told
 
 void write_all(int file, const std::string& text) {
   for (std::size_t sent = 0; sent < text.size();) {
@@ -28,13 +32,25 @@ void write_all(int file, const std::string& text) {
   }
 }
 
-[[noreturn]] void be_the_child(const std::function<std::string()>& work, int file) {
+void wait_for_turn(int file) {
+  char told = 0;
+  while (read(file, &told, 1) < 0 && errno == EINTR) {
+  }
+  if (told != kGo) _exit(1);
+}
+
+[[noreturn]] void be_the_child(const Work& work, int file) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   // Whoever called may catch these, to speak for itself.
   for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGINT})
     signal(number, SIG_DFL);
+  wait_for_turn(file);
   std::string said;
   try {
-    said = kDone + work();
+    said = kDone + work([file] {
+             write_all(file, {kPassed});
+             wait_for_turn(file);
+           });
   } catch (const std::exception& error) {
     said = kFailed + std::string("failed: ") + error.what();
   }
@@ -42,47 +58,92 @@ void write_all(int file, const std::string& text) {
   _exit(0);  // what was not flushed here is the parent's
 }
 
-/// All that comes until the other end is closed. False: it took too long.
-bool read_all(int file, double limit_s, std::string& text) {
-  const Stopwatch stopwatch;
-  std::array<char, 4096> part;
-  for (;;) {
-    const double left_s = limit_s - 1e-6 * stopwatch.elapsed_us();
-    if (left_s <= 0) return false;
-    pollfd wanted{file, POLLIN, 0};
-    if (poll(&wanted, 1, static_cast<int>(1000 * left_s) + 1) <= 0) continue;
-    const ssize_t n = read(file, part.data(), part.size());
-    if (n == 0) return true;
-    if (n > 0) text.append(part.data(), static_cast<std::size_t>(n));
+class Child {
+ public:
+  explicit Child(const Work& work) {
+    std::array<int, 2> ends{};
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) != 0)
+      throw std::system_error(errno, std::generic_category(), "socketpair");
+    process_ = fork();
+    if (process_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
+    if (process_ == 0) {
+      close(ends[0]);
+      be_the_child(work, ends[1]);
+    }
+    close(ends[1]);
+    file_ = ends[0];
   }
-}
+
+  bool has_ended() const { return has_ended_; }
+  /// Until it passes on, or ends.
+  void have_turn(double limit_s) {
+    const Stopwatch stopwatch;
+    send(file_, &kGo, 1, MSG_NOSIGNAL);  // if it is dead, that is read
+    while (hear(limit_s - used_s_ - 1e-6 * stopwatch.elapsed_us())) {
+    }
+    used_s_ += 1e-6 * stopwatch.elapsed_us();
+  }
+  /// Of one that has ended.
+  ChildResult result(double limit_s) const {
+    if (is_late_) return {false, "no end in " + std::to_string(std::lround(limit_s)) + " s"};
+    if (WIFSIGNALED(status_)) {
+      return {false, std::string("crashed: ") + strsignal(WTERMSIG(status_))};
+    }
+    if (WEXITSTATUS(status_) != 0 || text_.empty()) return {false, "crashed: it ended by itself"};
+    return {text_[0] == kDone, text_.substr(1)};
+  }
+
+ private:
+  /// False: its turn is over.
+  bool hear(double left_s) {
+    is_late_ = left_s <= 0;
+    if (is_late_) return end();
+    pollfd wanted{file_, POLLIN, 0};
+    if (poll(&wanted, 1, static_cast<int>(1000 * left_s) + 1) <= 0) return true;
+    std::array<char, 4096> part;
+    const ssize_t n = read(file_, part.data(), part.size());
+    if (n == 0 || (n < 0 && errno != EINTR)) return end();
+    if (n > 0) text_.append(part.data(), static_cast<std::size_t>(n));
+    if (text_ != std::string{kPassed}) return true;
+    text_.clear();
+    return false;
+  }
+  bool end() {
+    if (is_late_) kill(process_, SIGKILL);
+    while (waitpid(process_, &status_, 0) < 0 && errno == EINTR) {
+    }
+    close(file_);
+    has_ended_ = true;
+    return false;
+  }
+
+  pid_t process_;
+  int file_;
+  std::string text_;
+  double used_s_ = 0;
+  bool has_ended_ = false, is_late_ = false;
+  int status_ = 0;
+};
 
 }  // namespace
 
-ChildResult in_child(const std::function<std::string()>& work, double limit_s) {
-  std::array<int, 2> ends{};
+std::vector<ChildResult> in_children(std::span<const Work> works, double limit_s) {
   std::cout.flush();
-  if (pipe(ends.data()) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
-  const pid_t child = fork();
-  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (child == 0) {
-    close(ends[0]);
-    be_the_child(work, ends[1]);
+  std::vector<Child> children;
+  for (const Work& work : works) children.emplace_back(work);
+  while (!std::ranges::all_of(children, &Child::has_ended)) {
+    for (Child& child : children) {
+      if (!child.has_ended()) child.have_turn(limit_s);
+    }
   }
-  close(ends[1]);
-  std::string text;
-  const bool is_in_time = read_all(ends[0], limit_s, text);
-  close(ends[0]);
-  if (!is_in_time) kill(child, SIGKILL);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!is_in_time) return {false, "no end in " + std::to_string(std::lround(limit_s)) + " s"};
-  if (WIFSIGNALED(status)) {
-    return {false, std::string("crashed: ") + strsignal(WTERMSIG(status))};
-  }
-  if (WEXITSTATUS(status) != 0 || text.empty()) return {false, "crashed: it ended by itself"};
-  return {text[0] == kDone, text.substr(1)};
+  std::vector<ChildResult> results;
+  for (const Child& child : children) results.push_back(child.result(limit_s));
+  return results;
+}
+
+ChildResult in_child(const std::function<std::string()>& work, double limit_s) {
+  const Work alone = [&](const PassOn&) { return work(); };
+  return in_children(std::span(&alone, 1), limit_s).front();
 }
 
 }  // namespace cradle::bench

@@ -39,7 +39,7 @@ Scene scene_of(const Case& which) {
   return load_scene(CRADLE_SCENE_DIR "/" + std::string(which.scene_file));
 }
 
-Row watch(const Case& which, const Scene& scene, const Engine& engine) {
+Row watch(const Case& which, const Scene& scene, const Engine& engine, const Between& between) {
   const double rate_hz = scene.settings.rate_hz;
   const auto measure = which.measure(scene);
   PenetrationCheck check(scene);
@@ -66,6 +66,7 @@ Row watch(const Case& which, const Scene& scene, const Engine& engine) {
     row.penetration_mean_m = penetration.mean_m;
     drift.tick(budget(scene, states));
     measure->tick({static_cast<double>(tick) / rate_hz, states, penetration});
+    if (between) between(static_cast<double>(tick) / static_cast<double>(ticks));
   }
 
   row.us_per_tick = summarise(std::move(us));
@@ -79,7 +80,7 @@ Row watch(const Case& which, const Scene& scene, const Engine& engine) {
 
 Row run(const Case& which, const Options& options) { return run(which, scene_of(which), options); }
 
-Row run(const Case& which, Scene scene, const Options& options) {
+Row run(const Case& which, Scene scene, const Options& options, const Between& between) {
   if (options.method) scene.settings.solver = *options.method;
   if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
   if (options.sub_steps) scene.settings.sub_steps = *options.sub_steps;
@@ -89,7 +90,8 @@ Row run(const Case& which, Scene scene, const Options& options) {
   SceneRun run(scene);
   Row row = watch(which, scene,
                   {[&] { run.step(*executor); },
-                   [&](std::vector<BodyState>& states) { run.world().snapshot(states); }});
+                   [&](std::vector<BodyState>& states) { run.world().snapshot(states); }},
+                  between);
   row.engine = "cradle";
   row.method = scene.settings.solver;
   row.sub_steps = scene.settings.sub_steps;

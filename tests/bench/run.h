@@ -47,12 +47,15 @@ struct Engine {
   std::function<void(std::vector<BodyState>& states)> look;  ///< as Observation::states
 };
 
+/// Called between ticks with the part of the run that is done, 0 to 1.
+using Between = std::function<void(double done)>;
+
 /// Steps the engine through the case; the row lacks what only the engine knows (engine, method,
 /// sub_steps, threads, lanes, hash). `scene` is that of the case, with the rate of the run.
-Row watch(const Case& which, const Scene& scene, const Engine& engine);
+Row watch(const Case& which, const Scene& scene, const Engine& engine, const Between& between);
 
 /// Throws SceneError.
-Row run(const Case& which, Scene scene, const Options& options);
+Row run(const Case& which, Scene scene, const Options& options, const Between& between = {});
 /// Of the case's own scene. Throws what load_scene does, too.
 Row run(const Case& which, const Options& options);
 

@@ -17,6 +17,21 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// An engine's turn is so much of its run, and more of a fast one: caches are cold when it begins.
+constexpr double kPartOfRun = 1.0 / 32;
+constexpr double kLeastTurn_us = 20'000;
+
+/// Ends turns.
+Between in_turns(const PassOn& pass_on) {
+  return [&pass_on, next = kPartOfRun, turn = Stopwatch()](double done) mutable {
+    if (done < next) return;
+    next = kPartOfRun * (std::floor(done / kPartOfRun) + 1);
+    if (done >= 1 || turn.elapsed_us() < kLeastTurn_us) return;
+    pass_on();
+    turn = Stopwatch();
+  };
+}
+
 /// What a child finds out, as it comes through a pipe.
 struct Found {
   TickTimes us_per_tick;
@@ -81,6 +96,42 @@ Fared fared(Row row, const ChildResult& result) {
   return engine;
 }
 
+/// Of one engine, in a child.
+struct Run {
+  Row row;  ///< what is known before
+  Work work;
+};
+
+Run run_of(const Case& which, const Scene& scene, const Options& options) {
+  Row row = row_of(which, scene, options);
+  row.engine = "cradle";
+  row.method = options.method.value_or(scene.settings.solver);
+  row.sub_steps = options.sub_steps.value_or(scene.settings.sub_steps);
+  row.threads = options.threads;
+  row.lanes = options.lanes > 0 ? options.lanes : machine_lanes().back();
+  return {std::move(row), [&](const PassOn& pass_on) {
+            return packed(run(which, scene, options, in_turns(pass_on)));
+          }};
+}
+
+Run run_of(const PeerLibrary& library, const Case& which, const Scene& scene,
+           const Options& options, const PeerSettings& settings) {
+  return {peer_row(library, which, scene, options, settings), [&, settings](const PassOn& pass_on) {
+            return packed(run_peer(library, which, scene, options, settings, in_turns(pass_on)));
+          }};
+}
+
+/// Side by side.
+std::vector<Fared> try_all(std::vector<Run> runs) {
+  std::vector<Work> works;
+  for (const Run& run : runs) works.push_back(run.work);
+  const std::vector<ChildResult> results = in_children(works);
+  std::vector<Fared> all;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    all.push_back(fared(std::move(runs[i].row), results[i]));
+  return all;
+}
+
 /// See Fared. None if one of the runs failed.
 std::optional<double> median_ratio(const Case& which, std::span<const Fared> ours,
                                    std::span<const Fared> theirs) {
@@ -116,7 +167,7 @@ double time_us(const Case& which, const Row& row) {
 bool is_for_peers(const Case& which) { return which.name != "T4m" && which.name != "T4p"; }
 
 Row run_peer(const PeerLibrary& library, const Case& which, Scene scene, const Options& options,
-             const PeerSettings& settings) {
+             const PeerSettings& settings, const Between& between) {
   if (options.dt_s) scene.settings.rate_hz = 1 / *options.dt_s;
   const std::unique_ptr<Peer> peer = make_peer(library, scene, settings);
   Row row = watch(which, scene,
@@ -125,7 +176,8 @@ Row run_peer(const PeerLibrary& library, const Case& which, Scene scene, const O
                      states.clear();
                      for (std::size_t i = 0; i < scene.bodies.size(); ++i)
                        states.push_back(peer->state(i));
-                   }});
+                   }},
+                  between);
   const Row head = peer_row(library, which, scene, options, settings);
   row.engine = head.engine;
   row.method = head.method;
@@ -134,32 +186,29 @@ Row run_peer(const PeerLibrary& library, const Case& which, Scene scene, const O
 }
 
 Fared try_run(const Case& which, const Scene& scene, const Options& options) {
-  Row row = row_of(which, scene, options);
-  row.engine = "cradle";
-  row.method = options.method.value_or(scene.settings.solver);
-  row.sub_steps = options.sub_steps.value_or(scene.settings.sub_steps);
-  row.threads = options.threads;
-  row.lanes = options.lanes > 0 ? options.lanes : machine_lanes().back();
-  return fared(std::move(row), in_child([&] { return packed(run(which, scene, options)); }));
+  return try_all({run_of(which, scene, options)}).front();
 }
 
 Fared try_peer(const PeerLibrary& library, const Case& which, const Scene& scene,
                const Options& options, const PeerSettings& settings) {
-  return fared(peer_row(library, which, scene, options, settings), in_child([&] {
-                 return packed(run_peer(library, which, scene, options, settings));
-               }));
+  return try_all({run_of(library, which, scene, options, settings)}).front();
 }
 
 SideBySide compare(const Case& which, const Scene& scene, const Options& options,
                    std::span<const PeerLibrary> libraries, int rounds) {
   std::vector<std::vector<Fared>> runs(1 + libraries.size());
   for (int round = 0; round < rounds; ++round) {
-    runs[0].push_back(try_run(which, scene, options));
-    for (std::size_t i = 0; i < libraries.size(); ++i) {
+    std::vector<Run> side_by_side;
+    std::vector<std::vector<Fared>*> of;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
       // What fails once fails for good; do not wait for it again.
-      if (!runs[i + 1].empty() && !runs[i + 1].back().is_ok()) continue;
-      runs[i + 1].push_back(try_peer(libraries[i], which, scene, options));
+      if (!runs[i].empty() && !runs[i].back().is_ok()) continue;
+      side_by_side.push_back(i == 0 ? run_of(which, scene, options)
+                                    : run_of(libraries[i - 1], which, scene, options, {}));
+      of.push_back(&runs[i]);
     }
+    std::vector<Fared> fared = try_all(std::move(side_by_side));
+    for (std::size_t i = 0; i < of.size(); ++i) of[i]->push_back(std::move(fared[i]));
   }
   SideBySide result{&which, {}};
   for (const std::vector<Fared>& of : runs) {

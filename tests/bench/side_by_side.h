@@ -1,4 +1,6 @@
-/// One case by Cradle and by its peers, on the same machine in turns.
+/// One case by Cradle and by its peers, on the same machine in turns: tens of milliseconds each.
+/// What else a machine does changes from second to second, and takes up to half of a core's speed;
+/// so it slows all of them alike.
 #pragma once
 
 #include <optional>
@@ -20,8 +22,8 @@ struct Fared {
   Row row;              ///< of the run with the median time, and the worst error of all runs; an
                         ///< error of NaN and no times if a run failed
   std::string outcome;  ///< "ok", or why a run failed
-  /// Cradle's time over its own in the same round, the median of all rounds: what else a machine
-  /// does changes from minute to minute, and slows both. None if one of them failed.
+  /// Cradle's time over its own in the same round, the median of all rounds. None if one of them
+  /// failed.
   std::optional<double> ratio = {};
   bool is_ok() const { return outcome == "ok"; }
 };
@@ -37,7 +39,7 @@ bool is_for_peers(const Case& which);
 
 /// One run of one peer, in this process. Of the options it takes `dt_s` alone. Throws PeerError.
 Row run_peer(const PeerLibrary& library, const Case& which, Scene scene, const Options& options,
-             const PeerSettings& settings = {});
+             const PeerSettings& settings = {}, const Between& between = {});
 
 /// `run` and `run_peer` in a process of their own. Failures are outcomes.
 Fared try_run(const Case& which, const Scene& scene, const Options& options);
@@ -46,7 +48,8 @@ Fared try_peer(const PeerLibrary& library, const Case& which, const Scene& scene
 
 inline constexpr int kSideBySideRounds = 3;
 
-/// Rounds, in each of which every engine runs once. `scene` is mostly that of the case.
+/// Rounds, in each of which every engine runs once, all side by side in turns. `scene` is mostly
+/// that of the case.
 SideBySide compare(const Case& which, const Scene& scene, const Options& options,
                    std::span<const PeerLibrary> libraries, int rounds = kSideBySideRounds);
 

@@ -1,8 +1,10 @@
 // Runs beside peers: what fails is told, nothing that came out wrong is dropped.
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <thread>
@@ -71,6 +73,39 @@ TEST_CASE("what a child returns comes back whole, and how it ends otherwise is t
               for (;;) pause();
             },
             0.2) == "no end in 0 s");
+}
+
+TEST_CASE("children run one at a time, and go on when each of the others has had its turn") {
+  // What each says is where the tape was when its turns began: it takes a while for each.
+  void* const shared =
+      mmap(nullptr, sizeof(int), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  REQUIRE(shared != MAP_FAILED);
+  int& tape = *static_cast<int*>(shared);
+  const auto turns = [&](int number) {
+    return [&tape, number](const PassOn& pass_on) {
+      std::string seen;
+      for (int turn = 0; turn < number; ++turn) {
+        if (turn > 0) pass_on();
+        const int before = tape;
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        seen += std::to_string(before) + (tape == before ? " " : "! ");
+        tape = before + 1;
+      }
+      return seen;
+    };
+  };
+  const Work dies = [](const PassOn& pass_on) -> std::string {
+    pass_on();
+    std::abort();
+  };
+  const std::vector<Work> works{turns(4), dies, turns(2), turns(3)};
+  const std::vector<ChildResult> results = in_children(works);
+  REQUIRE(results.size() == 4);
+  CHECK(results[0].text == "0 3 6 8 ");
+  CHECK(results[1].text == "crashed: Aborted");
+  CHECK(results[2].text == "1 4 ");
+  CHECK(results[3].text == "2 5 7 ");
+  munmap(shared, sizeof(int));
 }
 
 TEST_CASE("a peer that crashes or has no such shape is a row, and the others go on") {

@@ -35,11 +35,28 @@ Aabb bounds_of_cone(const Shape& cone, const Pose& X_WB) {
   return {tip.cwiseMin(base - disc), tip.cwiseMax(base + disc)};
 }
 
+/// To look at each takes less time than six searches for the farthest.
+constexpr std::size_t kFewVertices = 32;
+
 Aabb bounds_of_hull(const Collider& collider) {
   if (collider.hull() == nullptr) return {};
-  const ConvexShape hull(collider);
   const Pose& X = collider.X_WB;
   Aabb box;
+  if (const std::span vertices = collider.hull()->vertices; vertices.size() <= kFewVertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector along_B = X.R.row(axis).transpose();
+      double lowest = kInfinity, highest = -kInfinity;
+      for (const Vector& p_B : vertices) {
+        const double reach = along_B.dot(p_B);
+        lowest = std::min(lowest, reach);
+        highest = std::max(highest, reach);
+      }
+      box.lower[axis] = X.x[axis] + lowest;
+      box.upper[axis] = X.x[axis] + highest;
+    }
+    return box;
+  }
+  const ConvexShape hull(collider);
   std::int32_t hint = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector along_B = X.R.row(axis).transpose();

@@ -163,8 +163,9 @@ void World::Steps::find_pairs(State& s, Executor& executor) {
   if (!s.balls.are_apart) find_all_pairs(s, executor);
   std::size_t near = 0;  // pairs of boxes that meet by their corners alone are none
   for (const auto [k, m] : s.pairs) {
-    if (s.reach_of_tick[index(k)].is_apart(s.reach_of_tick[index(m)])) continue;
-    s.pairs[near++] = {s.colliders[index(k)], s.colliders[index(m)]};
+    const bool is_apart = s.reach_of_tick[index(k)].is_apart(s.reach_of_tick[index(m)]);
+    s.pairs[near] = {s.colliders[index(k)], s.colliders[index(m)]};
+    near += is_apart ? 0 : 1;
   }
   s.pairs.resize(near);
   s.renumbered = false;
@@ -257,19 +258,22 @@ void World::Steps::list_composites(State& s) {
 
 /// All manifolds with points, in the order of their pairs.
 void World::Steps::list_touching(State& s) {
-  s.touching.clear();
-  std::size_t next = 0;
+  std::size_t most = s.pairs.size(), count = 0, next = 0;
+  for (std::size_t k = 0; k < s.composites_used; ++k) most += s.composites[k].manifolds.size();
+  s.touching.resize(most);
   auto meeting = s.fast.meetings.cbegin();
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     const bool is_ahead = meeting != s.fast.meetings.cend() && meeting->pair == k;
     const Meeting* ahead = is_ahead ? &*meeting++ : nullptr;
-    if (s.is_touching[k] != 0) s.touching.push_back({s.pairs[k], &s.manifolds[k], ahead});
+    s.touching[count] = {s.pairs[k], &s.manifolds[k], ahead};  // if it does: that is chance
+    count += s.is_touching[k];
     if (next == s.composites_used || s.composites[next].pair != k) continue;
     for (const Manifold& manifold : s.composites[next].manifolds) {
-      s.touching.push_back({s.pairs[k], &manifold, ahead});
+      s.touching[count++] = {s.pairs[k], &manifold, ahead};
     }
     ++next;
   }
+  s.touching.resize(count);
 }
 
 /// Who is in contact: these bodies are sub-stepped, with all that acts on them known in W.

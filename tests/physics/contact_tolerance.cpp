@@ -1,9 +1,12 @@
 // The error is stated, the sub-steps are found: how far contacts sink in, against what is foretold.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
+#include <random>
 #include <string>
+#include <utility>
 
-#include "server/dynamics/contact/islands.h"
+#include "server/dynamics/contact/tick_islands.h"
 #include "tests/physics/worlds.h"
 
 namespace cradle {
@@ -259,6 +262,58 @@ TEST_CASE("islands are what touches, and what does not yield joins nobody") {
   CHECK(islands.of(5) == 3);
   CHECK(islands.of(6) == 3);
   CHECK(islands.of(7) == 4);
+}
+
+TEST_CASE("islands taken from others are numbered as if they had been found alone") {
+  std::mt19937_64 random(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    const std::size_t slots = 1 + random() % 40;
+    std::vector<std::int32_t> moving, part_moving;
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      if (random() % 5 > 0) moving.push_back(static_cast<std::int32_t>(slot));
+    }
+    if (moving.empty()) continue;
+    std::vector<ContactConstraint> constraints(random() % 30);
+    std::vector<ContactConstraint*> all, part_constraints;
+    for (ContactConstraint& c : constraints) {  // one of both moves
+      c.a = moving[random() % moving.size()];
+      c.b = static_cast<std::int32_t>(random() % slots);
+      if (random() % 2 == 0) std::swap(c.a, c.b);
+      all.push_back(&c);
+    }
+    ContactTick tick;
+    tick.moving = moving;
+    TickIslands whole, part, alone;
+    whole.find(tick, slots, all);
+    std::vector<std::uint8_t> are_taken(whole.count());
+    for (std::uint8_t& is_taken : are_taken) is_taken = random() % 2;
+    part.take(whole, are_taken, moving, all, part_moving, part_constraints);
+
+    std::vector<std::int32_t> expected_moving;
+    for (std::size_t k = 0; k < moving.size(); ++k) {
+      if (are_taken[whole.of(static_cast<std::int32_t>(k))] != 0) {
+        expected_moving.push_back(moving[k]);
+      }
+    }
+    std::vector<ContactConstraint*> expected_constraints;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (are_taken[whole.of_constraint(k)] != 0) expected_constraints.push_back(all[k]);
+    }
+    CHECK(part_moving == expected_moving);
+    CHECK(part_constraints == expected_constraints);
+    tick.moving = part_moving;
+    alone.find(tick, slots, part_constraints);
+    REQUIRE(part.count() == alone.count());
+    CHECK(std::ranges::equal(part.numbers(), alone.numbers()));
+    for (std::size_t k = 0; k < part_moving.size(); ++k) {
+      CHECK(part.of(static_cast<std::int32_t>(k)) == alone.of(static_cast<std::int32_t>(k)));
+    }
+    for (std::size_t k = 0; k < part_constraints.size(); ++k) {
+      CHECK(part.of_constraint(k) == alone.of_constraint(k));
+      CHECK(part.bodies_of_constraint(k).a == alone.bodies_of_constraint(k).a);
+      CHECK(part.bodies_of_constraint(k).b == alone.bodies_of_constraint(k).b);
+    }
+  }
 }
 
 }  // namespace cradle

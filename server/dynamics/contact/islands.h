@@ -17,6 +17,10 @@ class Islands {
 
   /// Numbered by their first bodies. Bodies without pairs are islands, too.
   std::size_t count() const { return count_; }
+  /// Those of `all` for which `are_taken[island]`, with their bodies, in their order. `renumbered`:
+  /// by body of `all`, its number here, or -1.
+  void take(const Islands& all, std::span<const std::uint8_t> are_taken,
+            std::vector<std::int32_t>& renumbered);
   std::size_t of(std::int32_t body) const {
     return static_cast<std::size_t>(island_[static_cast<std::size_t>(body)]);
   }
@@ -27,6 +31,7 @@ class Islands {
   std::size_t count_ = 0;
   std::vector<std::int32_t> parent_;  // never after its child
   std::vector<std::int32_t> island_;
+  std::vector<std::int32_t> number_here_;  // by island of those it was taken from
 };
 
 }  // namespace cradle

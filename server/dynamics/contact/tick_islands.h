@@ -12,18 +12,28 @@ class TickIslands : public Islands {
   /// `slots`: how many there are.
   void find(const ContactTick& tick, std::size_t slots,
             std::span<ContactConstraint* const> constraints);
+  /// Those of `all` for which `are_taken[island]`: as `find` would number them by themselves.
+  /// `moving` and `constraints` are what `all` was found for, and become what is taken of it.
+  void take(const TickIslands& all, std::span<const std::uint8_t> are_taken,
+            std::span<const std::int32_t> moving, std::span<ContactConstraint* const> constraints,
+            std::vector<std::int32_t>& taken_moving,
+            std::vector<ContactConstraint*>& taken_constraints);
 
   /// By slot; -1: does not yield.
   std::span<const std::int32_t> numbers() const { return number_; }
   /// By number; -1: does not yield.
   ColouredPair bodies_of_constraint(std::size_t k) const { return pairs_[k]; }
   std::size_t of_constraint(std::size_t k) const {
-    return of(pairs_[k].a >= 0 ? pairs_[k].a : pairs_[k].b);
+    return static_cast<std::size_t>(island_of_constraint_[k]);
   }
 
  private:
+  void find_constraints();
+
   std::vector<std::int32_t> number_;
   std::vector<ColouredPair> pairs_;
+  std::vector<std::int32_t> island_of_constraint_;
+  std::vector<std::int32_t> renumbered_;  // for take()
 };
 
 }  // namespace cradle

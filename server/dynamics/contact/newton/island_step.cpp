@@ -137,18 +137,14 @@ void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint* co
 void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W) {
   for (const Fate fate : {Fate::soft, Fate::solved}) {
     if (!has(fate)) continue;
-    moving_.clear();
-    chosen_.clear();
-    for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
-      if (fates_[island_of_body(k)] == fate) moving_.push_back(tick_.moving[k]);
-    }
-    for (std::size_t k = 0; k < all_.size(); ++k) {
-      if (fates_[islands_.of_constraint(k)] == fate) chosen_.push_back(all_[k]);
-    }
+    are_of_fate_.resize(fates_.size());
+    std::ranges::transform(fates_, are_of_fate_.begin(),
+                           [fate](Fate own) { return std::uint8_t{own == fate}; });
+    part_.take(islands_, are_of_fate_, tick_.moving, all_, moving_, chosen_);
     ContactTick tick = tick_;
     tick.moving = moving_;
     if (fate == Fate::soft) {
-      add(soft_->advance(tick, arrays_, inverse_inertia_W, chosen_));
+      add(soft_->advance_all(tick, arrays_, inverse_inertia_W, chosen_, part_));
     } else {
       begin(tick, inverse_inertia_W);
       finish(tick, chosen_);

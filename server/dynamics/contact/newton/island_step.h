@@ -68,6 +68,8 @@ class IslandStep : public ContactSolver {
   std::unique_ptr<SoftSolver> soft_;
   std::vector<Fate> fates_;            // by island
   std::vector<BodyLine> ways_, ends_;  // by number: velocities that move places; at the end
+  TickIslands part_;                   // those of one fate, and what is theirs:
+  std::vector<std::uint8_t> are_of_fate_;
   std::vector<std::int32_t> moving_;
   std::span<ContactConstraint* const> all_;
   std::vector<ContactConstraint*> chosen_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "server/collision/convex_shape.h"
 #include "server/collision/surface.h"
@@ -38,25 +39,28 @@ Aabb bounds_of_cone(const Shape& cone, const Pose& X_WB) {
 /// To look at each takes less time than six searches for the farthest.
 constexpr std::size_t kFewVertices = 32;
 
+Aabb bounds_of_few(std::span<const Vector> vertices_B, const Pose& X_WB) {
+  Aabb box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector along_B = X_WB.R.row(axis).transpose();
+    double lowest = kInfinity, highest = -kInfinity;
+    for (const Vector& p_B : vertices_B) {
+      lowest = std::min(lowest, along_B.dot(p_B));
+      highest = std::max(highest, along_B.dot(p_B));
+    }
+    box.lower[axis] = X_WB.x[axis] + lowest;
+    box.upper[axis] = X_WB.x[axis] + highest;
+  }
+  return box;
+}
+
 Aabb bounds_of_hull(const Collider& collider) {
   if (collider.hull() == nullptr) return {};
   const Pose& X = collider.X_WB;
-  Aabb box;
-  if (const std::span vertices = collider.hull()->vertices; vertices.size() <= kFewVertices) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector along_B = X.R.row(axis).transpose();
-      double lowest = kInfinity, highest = -kInfinity;
-      for (const Vector& p_B : vertices) {
-        const double reach = along_B.dot(p_B);
-        lowest = std::min(lowest, reach);
-        highest = std::max(highest, reach);
-      }
-      box.lower[axis] = X.x[axis] + lowest;
-      box.upper[axis] = X.x[axis] + highest;
-    }
-    return box;
-  }
+  const std::span vertices = collider.hull()->vertices;
+  if (vertices.size() <= kFewVertices) return bounds_of_few(vertices, X);
   const ConvexShape hull(collider);
+  Aabb box;
   std::int32_t hint = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector along_B = X.R.row(axis).transpose();

@@ -120,6 +120,7 @@ struct World::State {
   std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them
   bool has_composites = false;             ///< among them
+  std::vector<std::uint8_t> has_parts;     ///< by slot: may touch with more than one manifold
   std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them
   std::vector<double> turns;               ///< m, by slot: nearer_by_turning
@@ -167,8 +168,8 @@ struct World::State {
 
   bool is_composite(const BodyPair& pair) const {
     if (!has_composites) return false;
-    return cradle::is_composite(bodies.shape[static_cast<std::size_t>(pair.a)].kind) ||
-           cradle::is_composite(bodies.shape[static_cast<std::size_t>(pair.b)].kind);
+    return (has_parts[static_cast<std::size_t>(pair.a)] |
+            has_parts[static_cast<std::size_t>(pair.b)]) != 0;
   }
 
   /// m, of the ball about Bo that holds the body's shape.

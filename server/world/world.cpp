@@ -99,11 +99,13 @@ void World::Steps::list_colliders(State& s) {
   s.collider_ids.clear();
   s.half_spaces.clear();
   s.has_composites = false;
+  s.has_parts.assign(s.bodies.size(), 0);
   s.reaches.resize(s.bodies.size());
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     const ShapeKind kind = s.bodies.shape[i].kind;
     if (kind != ShapeKind::none && s.can_collide(kind)) {
       s.reaches[i] = s.reach(i);
+      s.has_parts[i] = is_composite(kind) ? 1 : 0;
       s.has_composites |= is_composite(kind);
       if (kind == ShapeKind::half_space) {
         s.half_spaces.push_back(static_cast<std::int32_t>(s.colliders.size()));

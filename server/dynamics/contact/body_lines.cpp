@@ -29,7 +29,6 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
     w(line) = bodies.w[i];
   };
   for_moving([&](std::int32_t begin, std::int32_t end) {
-    std::fill(velocities_.begin() + begin, velocities_.begin() + end, BodyLine{});
     std::fill(motions_.begin() + begin, motions_.begin() + end, BodyLine{});
     std::fill(struck_.begin() + begin, struck_.begin() + end, 0);
     for (std::int32_t line = begin; line < end; ++line) {
@@ -44,9 +43,7 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   });
   tumbling_.clear();
   twisted_.clear();
-  are_round_ = true;
   for (std::int32_t line = 0; line < moving_; ++line) {
-    are_round_ &= at(states_, line).is_round;
     if (at(states_, line).tumbles) tumbling_.push_back(line);
     if (at(states_, line).is_twisted) twisted_.push_back(line);
   }

@@ -110,8 +110,9 @@ class BodyLines {
   }
   std::size_t lines() const { return lines_; }
   std::size_t moving() const { return static_cast<std::size_t>(moving_); }
-  /// All that yield turn with one number instead of a matrix; those of a planar world do not.
-  bool are_round() const { return are_round_; }
+  /// Those of both that yield turn with one number instead of a matrix; in a planar world they do
+  /// not.
+  bool are_round(std::int32_t a, std::int32_t b) const { return is_round(a) && is_round(b); }
   bool tumbles(std::int32_t line) const {
     return yields(line) && states_[static_cast<std::size_t>(line)].tumbles;
   }
@@ -201,6 +202,7 @@ class BodyLines {
     });
     return std::ranges::find(says_so_, 1) != says_so_.end();
   }
+  bool is_round(std::int32_t line) const { return !yields(line) || at(states_, line).is_round; }
   void make_room();
   void begin_line(std::int32_t line, bool rests, const Matrix& inverse_inertia_W);
   /// As one kernel sees these lines.
@@ -222,7 +224,6 @@ class BodyLines {
   BodyArrays bodies_;
   Executor* executor_ = &serial_executor;
   std::int32_t moving_ = 0, driven_ = 0, wastes_ = 1;
-  bool are_round_ = true;
   std::size_t lines_ = 0;  // of velocities_, motions_ and struck_, which may have room for more
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;

@@ -13,9 +13,12 @@ namespace {
 /// What a block's manifolds have in common.
 struct Kind {
   int points;
-  bool joint;
+  bool joint, is_round;
 };
-constexpr Kind kKinds[] = {{1, false}, {2, false}, {4, false}, {2, true}, {4, true}};
+constexpr Kind kKinds[] = {
+    {1, false, true},  {2, false, true},  {4, false, true},  {2, true, true},  {4, true, true},
+    {1, false, false}, {2, false, false}, {4, false, false}, {2, true, false}, {4, true, false}};
+constexpr std::int32_t kRoundKinds = 5;
 constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
 constexpr std::int32_t kGroupsAColour = kBlockKinds;
 static_assert(std::size(kKinds) == kBlockKinds);
@@ -25,10 +28,11 @@ bool is_serial(std::int32_t group) { return group >= kGroupsAColour * kColours; 
 
 /// Points that all carried last tick, or are all new, are likely to carry together: they are solved
 /// at once, which also keeps a symmetric stack symmetric. Not in a heap.
-std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap) {
-  if (c.count == 1) return 0;
+std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap, bool are_round) {
+  const std::int32_t first = are_round ? 0 : kRoundKinds;
+  if (c.count == 1) return first;
   const bool joint = !is_in_heap && (c.carrying == 0 || c.carrying == c.count);
-  return (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
+  return first + (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
 }
 
 /// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
@@ -94,7 +98,8 @@ void ContactBlocks::look_at_all(Executor& executor, std::span<ContactConstraint*
     return bodies.yields(line) ? line : -1;
   };
   const auto kind = [&](const ContactConstraint& c) {
-    return kind_of(c, bodies.is_in_heap(bodies.line(c.a), bodies.line(c.b)));
+    const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
+    return kind_of(c, bodies.is_in_heap(a, b), bodies.are_round(a, b));
   };
   looks_.resize(constraints.size());
   for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
@@ -160,7 +165,7 @@ void ContactBlocks::make_runs(const BodyLines& bodies) {
     }
     const Kind kind = kKinds[group % kGroupsAColour];
     const auto count = static_cast<std::int32_t>(blocks.size());
-    runs_.push_back({blocks.data(), count, kind.points, kind.joint, bodies.are_round()});
+    runs_.push_back({blocks.data(), count, kind.points, kind.joint, kind.is_round});
     ++colours_.back().runs;
     colours_.back().blocks += count;
     counts_[group] = next * kBlockLanes + busy_[group];

@@ -267,7 +267,7 @@ void World::Steps::list_touching(State& s) {
   for (std::size_t k = 0; k < s.pairs.size(); ++k) {
     const bool is_ahead = meeting != s.fast.meetings.cend() && meeting->pair == k;
     const Meeting* ahead = is_ahead ? &*meeting++ : nullptr;
-    s.touching[count] = {s.pairs[k], &s.manifolds[k], ahead};  // if it does: that is chance
+    s.touching[count] = {s.pairs[k], &s.manifolds[k], ahead};  // counts if it touches
     count += s.is_touching[k];
     if (next == s.composites_used || s.composites[next].pair != k) continue;
     for (const Manifold& manifold : s.composites[next].manifolds) {

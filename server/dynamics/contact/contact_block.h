@@ -13,7 +13,7 @@ namespace cradle {
 
 inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
 inline constexpr int kBlockPoints = 4;
-inline constexpr int kBlockKinds = 10;  ///< of runs: by points, whether these are joint, and bodies
+inline constexpr int kBlockKinds = 10;  ///< of runs: points, joint or not, bodies round or not
 /// Of contacts with restitution: they do not slow down what comes (impacts.h).
 inline constexpr double kImpactHaste = 1e9;
 

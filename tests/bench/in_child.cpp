@@ -127,7 +127,7 @@ class Child {
 
 }  // namespace
 
-std::vector<ChildResult> in_children(std::span<const Work> works, double limit_s) {
+std::vector<ChildResult> in_children(const std::vector<Work>& works, double limit_s) {
   std::cout.flush();
   std::vector<Child> children;
   for (const Work& work : works) children.emplace_back(work);
@@ -143,7 +143,7 @@ std::vector<ChildResult> in_children(std::span<const Work> works, double limit_s
 
 ChildResult in_child(const std::function<std::string()>& work, double limit_s) {
   const Work alone = [&](const PassOn&) { return work(); };
-  return in_children(std::span(&alone, 1), limit_s).front();
+  return in_children({alone}, limit_s).front();
 }
 
 }  // namespace cradle::bench

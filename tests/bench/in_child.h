@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +21,7 @@ using Work = std::function<std::string(const PassOn&)>;
 /// exception ("failed: ..." with its words), a signal ("crashed: ..."), an exit that nobody asked
 /// for, and more than `limit_s` of wall time in its own turns, after which that child is killed. No
 /// other thread may run. Children end with this process.
-std::vector<ChildResult> in_children(std::span<const Work> works, double limit_s = 600);
+std::vector<ChildResult> in_children(const std::vector<Work>& works, double limit_s = 600);
 /// Likewise, of one.
 ChildResult in_child(const std::function<std::string()>& work, double limit_s = 600);
 

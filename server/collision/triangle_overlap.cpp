@@ -26,6 +26,22 @@ std::size_t lowest_along(const TriangleCorners& p, const Vector& n) {
   return a <= b ? (a <= c ? 0 : 2) : (b <= c ? 1 : 2);
 }
 
+/// The point of a triangle nearest to q. Only where a search begins: a sliver's may be any.
+Vector nearest_on(const TriangleCorners& p, const Vector& q) {
+  const Vector normal = (p[1] - p[0]).cross(p[2] - p[0]);
+  double least = kInfinity;
+  Vector nearest = p[0];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector edge = p[k == 2 ? 0 : k + 1] - p[k], from = q - p[k];
+    if (normal.cross(edge).dot(from) >= 0) continue;
+    const Vector foot = p[k] + within(0, edge.dot(from) / edge.squaredNorm(), 1) * edge;
+    const double distance2 = (q - foot).squaredNorm();
+    if (distance2 < least) least = distance2, nearest = foot;
+  }
+  return least < kInfinity ? nearest
+                           : Vector(q - normal * (normal.dot(q - p[0]) / normal.squaredNorm()));
+}
+
 /// The nearest points of a triangle and the segment |z| <= h on the axis of z.
 class SegmentSearch {
  public:
@@ -92,15 +108,15 @@ class CornerSearch {
   CornerSearch(const ConvexShape& A, const TriangleCorners& p) : A_(A), p_(p) {}
 
   std::optional<LeastOverlap> find(double limit) {
-    Simplex simplex = beside(A_.centre);
-    ClosestSearch from_middle(Vector::Zero(), limit, simplex);
-    if (from_middle.is_done()) return std::nullopt;
-    const Vector n = from_middle.direction();
+    const Vector from_middle = nearest_on(p_, A_.centre) - A_.centre;
+    const double distance = from_middle.norm();
+    if (!(distance > kKissing_m)) return std::nullopt;
+    const Vector n = from_middle / distance;
     const Difference first = support(n);
     const double overlap = n.dot(first.w);
     if (-overlap > limit) return LeastOverlap::beyond(n, -overlap);
 
-    simplex = beside(first.a);
+    Simplex simplex = beside(first.a);
     ClosestSearch search(Vector::Zero(), limit, simplex);
     while (!search.is_done()) search.take(support(search.direction()));
     const Closest& found = search.found();

@@ -318,7 +318,9 @@ TEST_CASE("what spins in a groove does not get deeper from tick to tick") {
     const BodyState now = state(world, body);
     REQUIRE(now.p_WBo.z > slope * std::abs(now.p_WBo.x));
   }
-  CHECK(norm(state(world, body).v_WBcm) < 0.2);
+  // It rocks and rolls in the groove, where its middle is no lower than its least and no higher
+  // than its greatest half width asks for: v^2 <= 2 g (0.04 - 0.02) / cos(63.3 deg).
+  CHECK(norm(state(world, body).v_WBcm) < 0.94);
 }
 
 }  // namespace cradle

@@ -160,6 +160,18 @@ Manifold manifold_apart(const Vector& n_W, double separation) {
   return nothing;
 }
 
+/// A ball touches in one point, on the line through its middle, which needs no name.
+Manifold manifold_of_ball(const ConvexPair& pair, const LeastOverlap& least, const Pose& X_WA,
+                          double s) {
+  Manifold manifold;
+  manifold.normal_W = X_WA.R * least.n;
+  manifold.count = 1;
+  manifold.choice = least.names;
+  manifold.lead = least.lead;
+  manifold.points[0] = {X_WA.x + manifold.normal_W * (pair.A.radius + 0.5 * s), s, 0};
+  return manifold;
+}
+
 /// Two lines, up to about 6 degrees.
 bool are_along(const SupportFeature& A, const SupportFeature& B) {
   const Vector a = A.corners[1] - A.corners[0], b = B.corners[1] - B.corners[0];
@@ -188,6 +200,11 @@ Manifold convex_manifold(const ConvexPair& pair, LeastOverlap least, SupportHint
                          const Pose& X_WA, double margin) {
   if (!least.is_within_limit)
     return manifold_apart(X_WA.R * least.n, -least.overlap - pair.radii());
+  if (pair.A.kind == ShapeKind::sphere) {
+    const double s = -least.overlap - pair.radii();
+    return s <= margin ? manifold_of_ball(pair, least, X_WA, s)
+                       : manifold_apart(X_WA.R * least.n, s);
+  }
 
   SupportFeature A = support_feature(pair.A, least.n, hints.A, least.farthest.A);
   SupportFeature B =

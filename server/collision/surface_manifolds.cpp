@@ -157,10 +157,9 @@ void group(const Pose& X_WS, double same_place, std::uint64_t part, Room& room,
       return true;
     });
     room.order.erase(rest, room.order.end());
-    Manifold manifold;
+    Manifold& manifold = manifolds.emplace_back();
     manifold.part = code_of(n);
     write_manifold(n, X_WS, same_place, room, manifold);
-    manifolds.push_back(manifold);
   }
   number(part, room, std::span(manifolds).subspan(first));
 }

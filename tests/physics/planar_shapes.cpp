@@ -230,7 +230,8 @@ TEST_CASE("planar worlds refuse shapes of space, and worlds of space polygons") 
         Result::out_of_plane);
   CHECK(with(space, compound(regular_triangle(1), nullptr, Vector::Zero(), upright)) ==
         Result::bad_shape);
-  CHECK(with(space, compound({ShapeKind::hull, {}}, hexagon, {}, upright)) == Result::bad_shape);
+  CHECK(with(space, compound({ShapeKind::hull, {}}, hexagon, Vector::Zero(), upright)) ==
+        Result::bad_shape);
   CHECK(with(space, compound(box, nullptr, Vector::Zero(), tipped)) == Result::ok);
 }
 

@@ -223,7 +223,7 @@ class Follower {
   PairMemory memory_;
 };
 
-std::string file(const char* scene) { return std::string(CRADLE_SCENE_DIR) + "/" + scene; }
+std::string file(const char* scene) { return CRADLE_SCENE_DIR "/" + std::string(scene); }
 
 Findings follow(const std::string& name, int ticks, int sub_steps) {
   Scene scene = load_scene(name);

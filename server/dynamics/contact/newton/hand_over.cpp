@@ -41,8 +41,6 @@ struct HandOverTolerances {
   /// m/s: what moves faster is left to soft steps, whose positions are of second order ("what
   /// begins to slide"), also where it is struck ("what strikes a stack").
   double slow_mps = 0.01;
-  double jump_m =
-      1e-6;  ///< in a tick: what goes farther as it is taken over does not rest ("rubble")
   double hit_mps =
       0.1;  ///< likewise, before the tick: it may be set down in it ("loads that grow")
   /// A point that slides so fast is not where it rested, and nobody sees that it gives way;
@@ -82,7 +80,6 @@ void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const Ti
   has_rested_.assign(moving_.size(), 0);
   may_have_rested_.resize(moving_.size());
   tolerance_m_ = tick.tolerance_m;
-  dt_ = tick.dt;
   look_at_bodies();
   look_at_contacts(tick, constraints);
   for (Facts& facts : facts_) facts.choice = choose(facts);
@@ -188,11 +185,10 @@ bool HandOver::is_carried(std::int32_t slot) const {
 }
 
 /// What is not carried may fall.
-bool HandOver::is_slow(const Island& island, const IslandSolver& solver, bool takes_over) const {
-  const double most_mps =
-      takes_over ? kHandOverTolerances.jump_m / dt_ : kHandOverTolerances.slow_mps;
+bool HandOver::is_slow(const Island& island, const IslandSolver& solver) const {
   for (std::size_t k = 0; k < island.slots.size(); ++k) {
-    if (solver.speed_mps(k) > most_mps && is_carried(island.slots[k])) return false;
+    if (solver.speed_mps(k) > kHandOverTolerances.slow_mps && is_carried(island.slots[k]))
+      return false;
   }
   return true;
 }

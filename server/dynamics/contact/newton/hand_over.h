@@ -22,8 +22,8 @@ class HandOver {
   Choice choice(std::size_t island) const { return facts_[island].choice; }
   /// That an attempt may take.
   int iterations(std::size_t island) const;
-  /// As Newton's method moves it; what is taken over does not move at all.
-  bool is_slow(const Island& island, const IslandSolver& solver, bool takes_over) const;
+  /// As Newton's method moves it.
+  bool is_slow(const Island& island, const IslandSolver& solver) const;
 
   /// What the soft step carries now is what rests there; and not, if that came to nothing.
   void freeze(const Island& island);
@@ -71,8 +71,8 @@ class HandOver {
   std::vector<std::uint8_t> carries_;  // of `moving_`
   /// Likewise: some contact rests elsewhere than it touches; before, it may have.
   std::vector<std::uint8_t> has_rested_, may_have_rested_;
-  double tolerance_m_ = 0, dt_ = 0;  // the tick's
-  std::vector<PointRest> before_;    // of the points of the island that was frozen last
+  double tolerance_m_ = 0;         // the tick's
+  std::vector<PointRest> before_;  // of the points of the island that was frozen last
 };
 
 }  // namespace cradle

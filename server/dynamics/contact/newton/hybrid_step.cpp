@@ -52,7 +52,7 @@ class HybridStep final : public IslandStep {
     if (takes_over) hand_over_.freeze(island);
     const bool is_found =
         solver().solve_at_rest(bodies(), arrays(), island, tick().dt, hand_over_.iterations(i));
-    if (!is_found || !hand_over_.is_slow(island, solver(), takes_over)) {
+    if (!is_found || !hand_over_.is_slow(island, solver())) {
       if (takes_over) hand_over_.thaw(island);
       hand_over_.let_go(island);
       hand_over_.note(i, false, !is_found);

@@ -60,8 +60,8 @@ constexpr double kWorthIt = 0.75;
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
 /// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
 constexpr double kRestTicks = 2;
-/// Of these, what bodies may sink in by is not the way of an island that moves: no farther than they
-/// fall from rest in a tick, half of its square by their acceleration.
+/// Of these, what bodies may sink in by is not the way of an island that moves: no farther than
+/// they fall from rest in a tick, half of its square by their acceleration.
 constexpr double kSinkTicks = 0.5;
 
 /// Of an island's contacts that carry, one in so many may do so on some of its points only: of two

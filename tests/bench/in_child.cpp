@@ -39,7 +39,7 @@ void wait_for_turn(int file) {
   if (told != kGo) _exit(1);
 }
 
-[[noreturn]] void be_the_child(const Work& work, int file) {
+[[noreturn]] void be_the_child(const ChildWork& work, int file) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   // Whoever called may catch these, to speak for itself.
   for (const int number : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGINT})
@@ -60,7 +60,7 @@ void wait_for_turn(int file) {
 
 class Child {
  public:
-  explicit Child(const Work& work) {
+  explicit Child(const ChildWork& work) {
     std::array<int, 2> ends{};
     if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) != 0)
       throw std::system_error(errno, std::generic_category(), "socketpair");
@@ -127,10 +127,10 @@ class Child {
 
 }  // namespace
 
-std::vector<ChildResult> in_children(const std::vector<Work>& works, double limit_s) {
+std::vector<ChildResult> in_children(const std::vector<ChildWork>& works, double limit_s) {
   std::cout.flush();
   std::vector<Child> children;
-  for (const Work& work : works) children.emplace_back(work);
+  for (const ChildWork& work : works) children.emplace_back(work);
   while (!std::ranges::all_of(children, &Child::has_ended)) {
     for (Child& child : children) {
       if (!child.has_ended()) child.have_turn(limit_s);
@@ -142,7 +142,7 @@ std::vector<ChildResult> in_children(const std::vector<Work>& works, double limi
 }
 
 ChildResult in_child(const std::function<std::string()>& work, double limit_s) {
-  const Work alone = [&](const PassOn&) { return work(); };
+  const ChildWork alone = [&](const PassOn&) { return work(); };
   return in_children({alone}, limit_s).front();
 }
 

@@ -15,13 +15,13 @@ struct ChildResult {
 /// Called within a child's work: it waits while each of the others has a turn.
 using PassOn = std::function<void()>;
 /// Of a child. Called with what ends its turn.
-using Work = std::function<std::string(const PassOn&)>;
+using ChildWork = std::function<std::string(const PassOn&)>;
 
 /// Forks a child for each of `works`, of which one runs at a time, in turns. Not done are: an
 /// exception ("failed: ..." with its words), a signal ("crashed: ..."), an exit that nobody asked
 /// for, and more than `limit_s` of wall time in its own turns, after which that child is killed. No
 /// other thread may run. Children end with this process.
-std::vector<ChildResult> in_children(const std::vector<Work>& works, double limit_s = 600);
+std::vector<ChildResult> in_children(const std::vector<ChildWork>& works, double limit_s = 600);
 /// Likewise, of one.
 ChildResult in_child(const std::function<std::string()>& work, double limit_s = 600);
 

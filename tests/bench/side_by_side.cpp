@@ -99,7 +99,7 @@ Fared fared(Row row, const ChildResult& result) {
 /// Of one engine, in a child.
 struct Run {
   Row row;  ///< what is known before
-  Work work;
+  ChildWork work;
 };
 
 Run run_of(const Case& which, const Scene& scene, const Options& options) {
@@ -123,7 +123,7 @@ Run run_of(const PeerLibrary& library, const Case& which, const Scene& scene,
 
 /// Side by side.
 std::vector<Fared> try_all(std::vector<Run> runs) {
-  std::vector<Work> works;
+  std::vector<ChildWork> works;
   for (const Run& run : runs) works.push_back(run.work);
   const std::vector<ChildResult> results = in_children(works);
   std::vector<Fared> all;

@@ -94,11 +94,11 @@ TEST_CASE("children run one at a time, and go on when each of the others has had
       return seen;
     };
   };
-  const Work dies = [](const PassOn& pass_on) -> std::string {
+  const ChildWork dies = [](const PassOn& pass_on) -> std::string {
     pass_on();
     std::abort();
   };
-  const std::vector<Work> works{turns(4), dies, turns(2), turns(3)};
+  const std::vector<ChildWork> works{turns(4), dies, turns(2), turns(3)};
   const std::vector<ChildResult> results = in_children(works);
   REQUIRE(results.size() == 4);
   CHECK(results[0].text == "0 3 6 8 ");

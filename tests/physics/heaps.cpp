@@ -111,12 +111,17 @@ TEST_CASE("heaps of cubes come to rest") {
   // What kept them in motion for good, each with a period of a few ticks: contacts that changed
   // between a face and edges, or which of a face's points stood for it, and forgot what they had
   // carried; points that took turns to stand for what overlaps beside them; and a preload that
-  // followed the force of the tick before. In one heap of ten a cube swings or turns about two
-  // points that hold it, to which nothing of the model is opposed: 5 or 6 of 60, by any rounding.
-  constexpr int kHeaps = 20;
+  // followed the force of the tick before. What is left, 3 of 60: a cube that turns about two
+  // points that hold it, to which nothing of the model is opposed; and the point where edges that
+  // are nearly parallel cross, which runs along them by centimetres in a tick of which bodies move
+  // by 0.1 mm.
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    CAPTURE(seed);
+    CHECK(comes_to_rest(seed));
+  }
   int resting = 0;
-  for (std::uint64_t seed = 1; seed <= kHeaps; ++seed) resting += comes_to_rest(seed) ? 1 : 0;
-  CHECK(resting >= kHeaps - 4);
+  for (std::uint64_t seed = 4; seed <= 20; ++seed) resting += comes_to_rest(seed) ? 1 : 0;
+  CHECK(resting >= 16);  // of 17
 }
 
 namespace {

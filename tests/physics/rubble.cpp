@@ -56,11 +56,7 @@ bool are_at_once(const StepReport& report) {
 /// Of all seeds.
 struct Rubble {
   int taken_over = 0, in_vain = 0, at_rest = 0;
-  // In ticks in which the last groups were taken over: the most that a body went beside its
-  // velocity, and how often one began to move that lay still, but not in balance, at the peak of
-  // its sway.
-  double jump_m = 0, gain_J = 0;
-  int begin_to_move = 0;
+  double jump_m = 0, gain_J = 0;  // at most, in ticks in which the last groups were taken over
 };
 
 void let_fall(unsigned seed, Rubble& outcome) {
@@ -79,14 +75,10 @@ void let_fall(unsigned seed, Rubble& outcome) {
     rests = tick > 100 && all_rest(report);
     if (report.islands_taken_over == 0 || !are_at_once(report)) continue;
     outcome.gain_J = std::fmax(outcome.gain_J, energy_J(world) - energy_before_J);
-    double way_m = 0;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      const BodyState now = state(world, bodies[i]);
-      const Vector way = to_eigen(now.p_WBo) - to_eigen(before[i]);
-      way_m = std::fmax(way_m, way.norm());
-      outcome.jump_m = std::fmax(outcome.jump_m, (way - to_eigen(now.v_WBcm) / 60).norm());
+      const double way = distance(state(world, bodies[i]).p_WBo, before[i]);
+      outcome.jump_m = std::fmax(outcome.jump_m, way);
     }
-    outcome.begin_to_move += way_m > 1e-6 ? 1 : 0;
   }
   outcome.at_rest += rests ? 1 : 0;
 }
@@ -96,13 +88,13 @@ void let_fall(unsigned seed, Rubble& outcome) {
 TEST_CASE("rubble comes to rest group by group, without a jump, and none is tried in vain often") {
   Rubble outcome;
   for (unsigned seed = 1; seed <= kRubbleSeeds; ++seed) let_fall(seed, outcome);
-  CAPTURE(outcome.taken_over, outcome.in_vain, outcome.at_rest, outcome.jump_m, outcome.gain_J,
-          outcome.begin_to_move);
+  CAPTURE(outcome.taken_over, outcome.in_vain, outcome.at_rest, outcome.jump_m, outcome.gain_J);
   CHECK(outcome.taken_over > 15 * kRubbleSeeds);
   CHECK(outcome.in_vain < 0.1 * outcome.taken_over);
   CHECK(outcome.at_rest >= kRubbleSeeds - 1);  // within 15 s
+  // In 28 of 1500 falls there is a group that lies still at the peak of its sway, but not in
+  // balance, and begins to move as it is taken over: by up to 1e-4 m in that tick. Not in these.
   CHECK(outcome.jump_m < 1e-6);
-  CHECK(outcome.begin_to_move <= 1);  // 24 of 1500 falls
   CHECK(outcome.gain_J < 1e-6);
 }
 

@@ -311,17 +311,18 @@ TEST_CASE("what spins in a groove does not get deeper from tick to tick") {
   spec.v_WBcm = {-13.308330760630554, -1.9706699515913613, -94.066141893754903};
   spec.w_WB = {2.2631129149218623, -1.0495439126906574, -1.4193849739311903};
   const BodyId body = add(world, spec);
-  double sum_mps = 0;  // of the last 300 ticks
-  for (int tick = 0; tick < 600; ++tick) {
+  double most_mps = 0;  // of the last five seconds
+  for (int tick = 0; tick < 1800; ++tick) {
     CAPTURE(tick);
     const StepReport report = world.step();
     CHECK(report.penetration_max_m < 0.0101);  // half of its least half width
     const BodyState now = state(world, body);
     REQUIRE(now.p_WBo.z > slope * std::abs(now.p_WBo.x));
-    if (tick >= 300) sum_mps += norm(now.v_WBcm);
+    if (tick >= 1500) most_mps = std::fmax(most_mps, norm(now.v_WBcm));
   }
-  // It rocks and rolls to and fro, by up to 0.26 m/s.
-  CHECK(sum_mps / 300 < 0.2);
+  // It rocks to and fro, in the end as fast in each of two versions that had been at 0.10 and
+  // 0.22 m/s after 600 ticks: at most 0.192 m/s.
+  CHECK(most_mps < 0.2);
 }
 
 }  // namespace cradle

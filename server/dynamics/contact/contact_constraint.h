@@ -19,7 +19,7 @@ namespace cradle {
 /// What a group of bodies in contact remembers of its motion; its first body keeps it.
 struct Sway {
   double kinetic_J = 0;  ///< at the last tick's end
-  double low_J = 0;      ///< where it was lowest
+  double low_J = 0;      ///< where it was lowest, since the last peak
   double rise_s = 0;     ///< since then
   double speed_mps = 0;  ///< of its fastest body, at the last tick's end
   double bodies = 0;     ///< in it; 0: nothing is remembered

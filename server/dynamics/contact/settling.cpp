@@ -82,8 +82,9 @@ Sway sway_after(const Sway& before, const Sway& now, const ContactTick& tick) {
   const bool is_past_peak = now.kinetic_J < before.kinetic_J &&
                             before.kinetic_J > kSettlingTolerances.peak * before.low_J;
   if (is_past_peak && amplitude(before) <= tick.tolerance_m) return {0, 0, 0, 0, now.bodies};
-  next.low_J = std::min(before.low_J, now.kinetic_J);
-  next.rise_s = now.kinetic_J > before.low_J ? before.rise_s + tick.dt : 0;
+  const bool is_low = is_past_peak || now.kinetic_J <= before.low_J;
+  next.low_J = is_low ? now.kinetic_J : before.low_J;
+  next.rise_s = is_low ? 0 : before.rise_s + tick.dt;
   return next;
 }
 

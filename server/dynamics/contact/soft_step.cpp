@@ -1,19 +1,11 @@
 // The contact solver "soft": bodies in contact by islands, each with the sub-steps that its loads
-// and the tolerance ask for.
+// and the tolerance ask for (demands.h).
 //
-// A contact at rest sinks in until its spring carries its load: s = a / omega^2, with a the
-// acceleration that the load would give to the contact's effective mass, and omega = 2 pi c / h
-// (soft_batch.cpp). For s <= tolerance:  n = dt / (2 pi c) sqrt(a / tolerance).
 // Loads are those of the tick before, as far as they last: see `press_after` (soft_batch.cpp). In
 // an island that moves, nobody sees what contacts sink in if it is less than the way of its bodies
-// in the tick: that much is allowed there, too. Two contacts in a thousand of an island are not
-// asked, and one in eight may carry a part of its load at once instead, so that the rest sinks in
-// by the tolerance (`preload`): s = (1 - preload) a / omega^2. On terrain with 3000 bodies the most
-// loaded contacts ask for 24 to 32 where 8 to 12 do for the others. Islands with equal numbers go
-// through the tick side by side, apart from those that relax by more than one sweep, because what
-// they carry is not known (find_pasts), and those that rest (settling.h). Source: measured sag,
-// within 1 % of the law for stacks and heavy bodies on light ones; the numbers are rounded up to a
-// few, so that lanes are filled.
+// in the tick: that much is allowed there, too. Islands with equal numbers go through the tick side
+// by side, apart from those that relax by more than one sweep, because what they carry is not known
+// (find_pasts), and those that rest (settling.h).
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
@@ -23,6 +15,7 @@
 #include <utility>
 
 #include "server/collision/index.h"
+#include "server/dynamics/contact/demands.h"
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
 #include "server/dynamics/contact/softness.h"
@@ -30,39 +23,12 @@
 namespace cradle {
 namespace {
 
-constexpr std::array kSubSteps{4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64};
-static_assert(kSubSteps.size() <= kSubStepChoices);
-
-/// By sub-steps that are asked for: the first choice that has as many, if any has.
-constexpr auto kFirstOfAtLeast = [] {
-  std::array<std::uint8_t, kSubSteps.back() + 1> first{};
-  for (std::size_t asked = 1; asked < first.size(); ++asked) {
-    first[asked] = first[asked - 1];
-    if (kSubSteps[first[asked]] < static_cast<int>(asked)) ++first[asked];
-  }
-  return first;
-}();
-
-/// Contacts of an island that ask for so many sub-steps each.
-using Demands = std::array<int, kSubSteps.size()>;
-
-/// In a large heap a few contacts carry many times what the others do; one in so many of an
-/// island's contacts may sink in deeper than the tolerance.
-constexpr int kContactsPerExcused = 500;
-/// And one in so many may be preloaded instead: what of its load makes it sink in deeper than the
-/// tolerance it carries at once, as far as that lasts. That asks for fewer sub-steps, up to this
-/// many times, where it saves a quarter. Contacts are no stiffer by it: with fewer sub-steps, or
-/// more contacts preloaded, towers would rock ("Newton's method takes over from soft steps").
-constexpr int kContactsPerPreloaded = 8;
-constexpr double kMostSaved = 3;
-constexpr double kWorthIt = 0.75;
-
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
 /// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
 constexpr double kRestTicks = 2;
-/// Of these, what bodies may sink in by is not the way of an island that moves: no farther than
-/// they fall from rest in a tick, half of its square by their acceleration.
-constexpr double kSinkTicks = 0.5;
+/// It may come to rest while they go no farther in a tick than one tick of it makes them; half of
+/// that, what they fall from rest, is no way of an island that moves.
+constexpr double kSlowTicks = 1, kSinkTicks = 0.5;
 
 /// Of an island's contacts that carry, one in so many may do so on some of its points only: of two
 /// blocks in three one then does, and all that was done for points together was in vain ("T2").
@@ -172,8 +138,11 @@ class SoftStep final : public SoftSolver {
       ways_[island] += tick.dt * arrays.v[slot].norm() / sizes_[island];
       accelerations_[island] = std::max(accelerations_[island], arrays.acceleration[slot].norm());
     }
+    is_slow_.assign(ways_.size(), 0);
     for (std::size_t i = 0; i < ways_.size(); ++i) {
-      ways_[i] = std::max(ways_[i] - kSinkTicks * tick.dt * tick.dt * accelerations_[i], 0.0);
+      const double fall = tick.dt * tick.dt * accelerations_[i];
+      is_slow_[i] = ways_[i] <= kSlowTicks * fall ? 1 : 0;
+      ways_[i] = std::max(ways_[i] - kSinkTicks * fall, 0.0);
     }
   }
 
@@ -212,7 +181,7 @@ class SoftStep final : public SoftSolver {
     is_calm_.assign(islands_->count(), 0);
     for (std::size_t i = 0; i < pasts_.size(); ++i) {
       if (settling_.rests(i)) pasts_[i] = Past::rests;
-      is_calm_[i] = ways_[i] == 0 && pasts_[i] != Past::changes ? 1 : 0;
+      is_calm_[i] = is_slow_[i] != 0 && pasts_[i] != Past::changes ? 1 : 0;
     }
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (looks_[k].is_driven) is_calm_[islands_->of_constraint(k)] = 0;
@@ -259,8 +228,7 @@ class SoftStep final : public SoftSolver {
       double press = look.press;
       if (has_past_[island] == 0) press *= sizes_[island];
       asked_[k] = std::sqrt(square * press);
-      choices_[k] = kFirstOfAtLeast[static_cast<std::size_t>(
-          std::ceil(std::min(static_cast<double>(kSubSteps.back()), asked_[k])))];
+      choices_[k] = first_of_at_least(asked_[k]);
     });
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (choices_[k] == kNoChoice) continue;
@@ -273,32 +241,16 @@ class SoftStep final : public SoftSolver {
     }
   }
 
-  /// What all contacts of an island ask for but one in so many.
-  static int asked_by_all_but(int contacts_per_one, const Demands& demands) {
-    int excused = std::accumulate(demands.begin(), demands.end(), 0) / contacts_per_one;
-    std::size_t choice = kSubSteps.size() - 1;
-    while (choice > 0 && demands[choice] <= excused) excused -= demands[choice--];
-    return kSubSteps[choice];
-  }
-
-  /// And what is left of that to be made up for by preload.
-  void choose_for(std::size_t island) {
-    const Demands& demands = demands_[island];
-    const int all = asked_by_all_but(kContactsPerExcused, demands);
-    const int most = asked_by_all_but(kContactsPerPreloaded, demands);
-    const int n = *std::ranges::find_if(
-        kSubSteps, [&](int choice) { return choice >= most && kMostSaved * choice >= all; });
-    sub_steps_[island] = std::max(n <= kWorthIt * all ? n : all, least_[island]);
-    const double share = static_cast<double>(sub_steps_[island]) / all;
-    preloads_[island] = std::max(1 - share * share, 0.0);
-  }
-
   void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
     sub_steps_.assign(islands_->count(), tick.sub_steps);
     if (tick.sub_steps == 0) {
       count_demands(tick);
       preloads_.assign(islands_->count(), 0);
-      for (std::size_t i = 0; i < demands_.size(); ++i) choose_for(i);
+      for (std::size_t i = 0; i < demands_.size(); ++i) {
+        const Answer answer = answer_to(demands_[i], least_[i]);
+        sub_steps_[i] = answer.sub_steps;
+        preloads_[i] = answer.preload;
+      }
       for_each_index(*tick.executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
         const std::size_t i = islands_->of_constraint(k);
         if (asked_[k] <= sub_steps_[i] || looks_[k].is_ahead) return;
@@ -358,7 +310,7 @@ class SoftStep final : public SoftSolver {
       const std::size_t at = batches_[batch_of_[island]].moving_end++;
       moving_[at] = tick.moving[k];
       island_of_moving_[at] = static_cast<std::int32_t>(island);
-      const bool rests = sizes_[island] > 1 && ways_[island] == 0;
+      const bool rests = sizes_[island] > 1 && is_slow_[island] != 0;
       resting_[at] = rests && is_slow(tick, arrays, tick.moving[k]) ? 1 : 0;
       if (!arrays.poise.empty()) arrays.poise[index(tick.moving[k])].sub_steps = sub_steps_[island];
     }
@@ -470,10 +422,9 @@ class SoftStep final : public SoftSolver {
   std::vector<double> preloads_;       // the most there is, by island
   std::vector<int> least_;             // sub-steps, by island
   Settling settling_;
-  std::vector<std::uint8_t> is_calm_;  // by island
-  std::vector<std::uint8_t> has_past_, lies_askew_;
-  std::vector<Past> pasts_;  // by island
-  std::vector<int> askew_;   // contacts that are, over the rest: by island, likewise
+  std::vector<std::uint8_t> is_slow_, is_calm_, has_past_, lies_askew_;  // by island
+  std::vector<Past> pasts_;                                              // by island
+  std::vector<int> askew_;  // contacts that are, over the rest: by island, likewise
   std::vector<std::uint8_t> is_heap_;
   std::vector<int> excess_;     // of deep contacts over others, by island
   std::vector<int> sizes_;      // bodies, by island

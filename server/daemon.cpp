@@ -243,6 +243,7 @@ void Daemon::step(PhaseTimer& timer) {
   readings_.stopped_at_impact += last_report_.stopped_at_impact;
   readings_.impacts_unresolved += last_report_.impacts_unresolved;
   readings_.spins_cut += last_report_.spins_cut;
+  readings_.ticks_in_halves += last_report_.parts - 1;
   if (last_report_.springs_unconverged > 0) {
     readings_.springs_unconverged += last_report_.springs_unconverged;
     springs_log_.write(now_us(), {{"tick", run_.world().tick()}});

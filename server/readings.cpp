@@ -147,6 +147,9 @@ void write_world(Page& page, const Readings& r) {
   page.counter("cradle_spins_cut_total",
                "Times that a body in contact would have spun beyond the limit, and was slowed.",
                r.spins_cut);
+  page.counter("cradle_ticks_in_halves_total",
+               "Ticks that looked for contacts twice, since some closed fast (collides_twice).",
+               r.ticks_in_halves);
   page.counter("cradle_quarantines_total", "Bodies taken out of the simulation.", r.quarantines);
 }
 

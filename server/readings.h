@@ -52,6 +52,7 @@ struct Readings {
   std::int64_t stopped_at_impact = 0;                   ///< bodies, in all ticks since the start
   std::int64_t impacts_unresolved = 0;                  ///< likewise
   std::int64_t spins_cut = 0;                           ///< likewise
+  std::int64_t ticks_in_halves = 0;                     ///< since the start
   std::int64_t clients = 0;
   std::array<std::int64_t, kServerResults> answers{};  ///< by Result
   std::int64_t repeated_answers = 0;

@@ -19,10 +19,10 @@ namespace {
 
 // All keys there are; tests/scenes/README.md documents them, and a test compares.
 constexpr std::string_view kSceneKeys[] = {"world", "body", "spring", "lattice"};
-constexpr std::string_view kWorldKeys[] = {"rate_hz",       "sub_steps",     "contact_tolerance_m",
-                                           "planar",        "gravity_mps2",  "solver",
-                                           "scheme",        "broad_phase",   "sleeping",
-                                           "balance_every", "balance_flight"};
+constexpr std::string_view kWorldKeys[] = {"rate_hz",       "sub_steps",      "contact_tolerance_m",
+                                           "planar",        "gravity_mps2",   "solver",
+                                           "scheme",        "broad_phase",    "sleeping",
+                                           "balance_every", "balance_flight", "collides_twice"};
 constexpr std::string_view kBodyKeys[] = {"name",
                                           "kind",
                                           "shape",
@@ -131,6 +131,7 @@ WorldSettings read_settings(const TomlTable& table) {
     table.refuse("contact_tolerance_m", "sub_steps are given, too");
   }
   table.read("sleeping", settings.is_sleeping);
+  table.read("collides_twice", settings.collides_twice);
   table.read("balance_every", settings.balance_every);
   if (settings.balance_every < 0) require(table, "balance_every", Result::out_of_range);
   table.read("balance_flight", settings.balance_flight);

@@ -175,6 +175,7 @@ void simulate(const SimulateOptions& options) {
     summary.sub_steps_max = std::max(summary.sub_steps_max, summary.last_step.sub_steps_max);
     summary.impacts_unresolved += summary.last_step.impacts_unresolved;
     summary.spins_cut += summary.last_step.spins_cut;
+    summary.ticks_in_halves += summary.last_step.parts - 1;
     add_accuracy(summary, tick);
     summary.crowded_max = std::max(summary.crowded_max, summary.last_step.crowded);
     summary.surfaces_passing_max =

@@ -140,6 +140,7 @@ std::string to_json(const Summary& s) {
   json.add("stopped_at_impact", s.stopped_at_impact);
   json.add("impacts_unresolved", s.impacts_unresolved);
   json.add("spins_cut", s.spins_cut);
+  json.add("ticks_in_halves", s.ticks_in_halves);
   json.add("surfaces_passing_max", s.surfaces_passing_max);
   json.add("asleep", s.last_step.sleeping);
   json.add("contacts", s.last_step.contacts);

@@ -73,6 +73,7 @@ struct Summary {
   std::int64_t impacts = 0, impacts_ordered = 0, impacts_spent = 0;  ///< likewise
   int sub_steps_max = 0;                                             ///< of all ticks
   std::int64_t impacts_unresolved = 0, spins_cut = 0;                ///< likewise
+  std::int64_t ticks_in_halves = 0;                                  ///< StepReport::parts
   int surfaces_passing_max = 0;  ///< StepReport::surfaces_passing, of all ticks
   double penetration_max_m = 0;  ///< of all ticks
   Totals totals;

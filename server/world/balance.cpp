@@ -58,15 +58,17 @@ Momentum momentum_before(const World::State& s, std::size_t i) {
   return s.balance.is_due ? momentum_of(s, i) : Momentum{};
 }
 
-void begin_balance(World::State& s) {
+void begin_balance(World::State& s, bool is_first) {
   const int every = s.settings.balance_every;
   s.balance.is_due = every > 0 && s.tick % every == 0;
   s.balance.flyers.clear();
   if (!s.balance.is_due) return;
-  s.balance.tick = {};
-  s.balance.tick.tick = s.tick;
-  s.balance.momentum_unaccounted = Vector::Zero();
-  s.balance.tick.kinetic_J = s.balance.tick.wrenches_J = s.loads.impulses_J;
+  if (is_first) {
+    s.balance.tick = {};
+    s.balance.tick.tick = s.tick;
+    s.balance.momentum_unaccounted = Vector::Zero();
+    s.balance.tick.kinetic_J = s.balance.tick.wrenches_J = s.loads.impulses_J;
+  }
   if (s.settings.balance_flight) list_flyers(s);
 }
 

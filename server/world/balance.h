@@ -35,8 +35,8 @@ struct Balance {
 Momentum momentum_of(const World::State& s, std::size_t i);
 /// For the two below: nothing in a tick without a balance.
 Momentum momentum_before(const World::State& s, std::size_t i);
-/// When the tick's wrenches are known, before anything has moved.
-void begin_balance(World::State& s);
+/// Of a tick, or of a part of it: when the loads are known, before anything has moved; and after.
+void begin_balance(World::State& s, bool is_first);
 void end_balance(World::State& s);
 /// A ball that was struck; `x` and `before` are as if it had not been, at the same time.
 void add_ball(World::State& s, std::size_t i, const Vector& x, const Momentum& before);

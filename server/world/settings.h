@@ -15,6 +15,8 @@ struct WorldSettings {
   double contact_tolerance_m = 0.0005;
   int sub_steps =
       0;  ///< of a tick, for all bodies in contact, if not 0; up to limits::kSubStepsMax
+  /// While contacts close fast, look for them twice in a tick, half way, too: see tick_parts.h.
+  bool collides_twice = false;
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2; without z in a planar world
   bool is_planar = false;       ///< bodies stay in z = 0 and turn about z: see plane.h
   bool is_sleeping = true;      ///< islands at rest fall asleep: see sleeping.h

@@ -52,10 +52,11 @@ inline constexpr double kSpeculativeMargin_m = 2e-3;
 /// same tick, past the middle of what was not near ("what a bullet strikes").
 inline constexpr double kMarginOfThin_m = 0.02;
 
-/// What points without a gap there are at the tick's start.
+/// What points there are at the start of a tick, or of a part of it; without a gap, but for speed.
 struct Overlaps {
   int points = 0;
   double sum_m = 0, max_m = 0;
+  double closing_mps = 0;  ///< of the contact that closes fastest, if somebody asks
 
   void add(const ContactConstraint& c) {
     for (const ConstraintPoint& p : c.used()) {  // without branches: it is chance
@@ -69,6 +70,7 @@ struct Overlaps {
     points += other.points;
     sum_m += other.sum_m;
     max_m = std::max(max_m, other.max_m);
+    closing_mps = std::max(closing_mps, other.closing_mps);
   }
 };
 
@@ -88,7 +90,7 @@ struct World::State {
 
   // Influences the next tick.
   WorldSettings settings;
-  double dt = 0;  ///< s
+  double dt = 0;  ///< s, of a tick; within a step, of a part of it
   Vector gravity_W;
   Tick tick = 0;
   std::int64_t next_id = 1;
@@ -102,6 +104,7 @@ struct World::State {
   std::vector<Pose> poses;     ///< by slot: where colliders were when pairs were last looked for
   std::vector<double> turned;  ///< m, by slot: the way that a collider's points have turned at most
   std::vector<std::uint64_t> geometry_digests;  ///< of `geometries`
+  bool closes_fast = false;  ///< some contact did at the start of the last part: tick_parts.h
 
   // Does not: made from the above, made anew each tick, or only reported.
   std::vector<GeometryPointer> geometries;  ///< numbered from 1, never changed: their digests count
@@ -112,6 +115,7 @@ struct World::State {
   ContactReport solved;
   Balance balance;
   const Scheme* scheme = nullptr;
+  int parts = 1;           ///< of the tick
   bool renumbered = true;  ///< lists of slots must be made anew: bodies came, went or changed
   std::vector<Event> events;
   std::int64_t quarantined = 0;
@@ -247,6 +251,8 @@ struct World::State {
     array("poses", poses);
     array("turned", turned);
     array("geometries", geometry_digests);
+    scalar("collides_twice", settings.collides_twice);
+    scalar("closes_fast", closes_fast);
   }
 };
 

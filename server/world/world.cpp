@@ -10,7 +10,6 @@
 #include "server/collision/fetch.h"
 #include "server/collision/index.h"
 #include "server/collision/manifolds.h"
-#include "server/collision/surface.h"
 #include "server/dynamics/rotation.h"
 #include "server/world/ball_pairs.h"
 #include "server/world/contact_material.h"
@@ -22,6 +21,8 @@
 #include "server/world/sleeping.h"
 #include "server/world/springs.h"
 #include "server/world/state.h"
+#include "server/world/step_report.h"
+#include "server/world/tick_parts.h"
 
 namespace cradle {
 namespace {
@@ -53,39 +54,58 @@ struct World::Steps {
   static void set_up(ContactConstraint& c, const Touch& touch, const BodyArrays& bodies, State& s);
   static void set_material(ContactConstraint& c, const State& s);
   static ContactTick contact_tick(const State& s, Executor& executor);
-  static StepReport report(const State& s);
+  static StepReport advance(State& s, bool is_first, Executor& executor, StepObserver* observer);
 };
 
+/// In one part, or in two.
 StepReport World::step(Executor& executor, StepObserver* observer) {
   State& s = *state_;
   ++s.tick;
+  const double dt = s.dt;
+  s.parts = parts_of_tick(s);
+  s.dt = dt / s.parts;
+  StepReport report = Steps::advance(s, true, executor, observer);
+  if (s.parts > 1) report = joined(report, Steps::advance(s, false, executor, observer));
+  s.dt = dt;
+  count_down(s.wrenches);
+  let_sleep(s);
+  report.sleeping = count_sleepers(s);
+  return report;
+}
+
+StepReport World::Steps::advance(State& s, bool is_first, Executor& executor,
+                                 StepObserver* observer) {
   if (observer != nullptr) observer->enter(Phase::collide);
-  begin_tick(s.wrenches, s.gravity_W, s.bodies, s.loads);
-  begin_balance(s);
+  gather_loads(s.wrenches, is_first, s.gravity_W, s.bodies, s.loads);
+  begin_balance(s, is_first);
   s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
-  Steps::find_pairs(s, executor);
-  while (wake_struck(s)) Steps::find_pairs(s, executor);
+  find_pairs(s, executor);
+  while (wake_struck(s)) find_pairs(s, executor);
+  if (s.parts == 1 && strikes_fast(s)) {
+    s.parts = 2;
+    s.dt /= 2;
+    find_pairs(s, executor);
+  }
   bounce_balls(s, executor);
-  Steps::collide(s, executor);
+  collide(s, executor);
   foresee_impacts(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
-  Steps::list_touching(s);
-  Steps::list_contacts(s, executor);
+  list_touching(s);
+  list_contacts(s, executor);
   find_shaken(s);
-  Steps::prepare(s, executor);
+  prepare(s, executor);
   move_with_springs(s);
   add_drag(s);
-  s.solved = s.solver->advance(Steps::contact_tick(s, executor), s.arrays(), s.inverse_inertia_W,
-                               s.constraints);
+  s.solved =
+      s.solver->advance(contact_tick(s, executor), s.arrays(), s.inverse_inertia_W, s.constraints);
   stop_unusable(s);
   fly_free(s, executor);
   stop_at_impacts(s, executor);
   quarantine_unusable(s);
-  let_sleep(s);
   end_balance(s);
-  return Steps::report(s);
+  return report_of(s);
 }
 
 StepReport World::step() {
@@ -353,10 +373,13 @@ void World::Steps::prepare(State& s, Executor& executor) {
                  }
                  look_at(c);
                  overlaps.add(c);
+                 if (!s.settings.collides_twice) continue;
+                 overlaps.closing_mps = std::max(overlaps.closing_mps, closing_speed(c, bodies));
                }
              });
   s.overlaps = {};
   for (const Overlaps& part : s.overlaps_of_parts) s.overlaps.add(part);
+  note_closing(s);
 }
 
 /// Fetches what the k-th contact is made of, but for its first body: that is the same for some.
@@ -407,7 +430,7 @@ ContactTick World::Steps::contact_tick(const State& s, Executor& executor) {
   ContactTick tick;
   tick.executor = &executor;
   tick.dt = s.dt;
-  tick.sub_steps = s.settings.sub_steps;
+  tick.sub_steps = (s.settings.sub_steps + s.parts - 1) / s.parts;
   tick.tolerance_m = s.settings.contact_tolerance_m;
   tick.lanes = s.settings.lanes;
   tick.moving = s.moving;
@@ -416,50 +439,6 @@ ContactTick World::Steps::contact_tick(const State& s, Executor& executor) {
   tick.stirred = s.stirred;
   tick.shaken = s.shaken;
   return tick;
-}
-
-StepReport World::Steps::report(const State& s) {
-  StepReport report;
-  report.contacts = s.overlaps.points;
-  report.penetration_max_m = s.overlaps.max_m;
-  if (report.contacts > 0) report.penetration_mean_m = s.overlaps.sum_m / report.contacts;
-  report.islands = s.solved.islands;
-  report.sleeping = count_sleepers(s);
-  report.pairs = static_cast<std::int64_t>(s.pairs.size());
-  report.pair_work = s.culling.boxes_seen + s.culling.nodes_seen;
-  report.body_sub_steps = s.solved.body_sub_steps;
-  report.sub_steps_max = s.solved.sub_steps_max;
-  report.islands_makeshift = s.solved.islands_makeshift;
-  report.islands_at_rest = s.solved.islands_at_rest;
-  report.islands_by_newton = s.solved.islands_by_newton;
-  report.islands_taken_over = s.solved.islands_taken_over;
-  report.sag_expected_m = s.solved.sag_max_m;
-  const ContactResidual& residual = s.solved.residual;
-  report.residual_mps = residual.most.natural_mps;
-  report.residual_relative = residual.relative();
-  report.residual_signorini_mps = residual.most.signorini_mps;
-  report.residual_cone_mps = residual.most.cone_mps;
-  report.residual_complementarity_J = residual.most.complementarity_J;
-  report.balance = s.balance.tick;
-  report.impacts = s.balls.report.impacts;
-  report.impacts_ordered = s.balls.report.ordered + s.solved.impacts_ordered;
-  report.impacts_spent = s.balls.report.spent;
-  report.bodies_in_contact = static_cast<int>(s.moving.size());
-  report.springs_unconverged = s.springs_unconverged;
-  report.paid_J = s.solved.paid_J;
-  report.unsolved = static_cast<int>(std::count(s.unsolved.begin(), s.unsolved.end(), 1));
-  report.pairs_by = s.culling.method;
-  report.crowded = s.culling.crowded;
-  report.impact_searches = s.fast.searches;
-  report.stopped_at_impact = s.fast.stopped;
-  report.impacts_unresolved = s.fast.unresolved;
-  report.spins_cut = s.spins_cut;
-  for (std::size_t k = 0; k < s.composites_used; ++k) {
-    const BodyPair& pair = s.pairs[s.composites[k].pair];
-    report.surfaces_passing += is_surface(s.bodies.shape[index(pair.a)].kind) &&
-                               is_surface(s.bodies.shape[index(pair.b)].kind);
-  }
-  return report;
 }
 
 }  // namespace cradle

@@ -50,7 +50,8 @@ struct StepBalance {
 
 /// What one step came to.
 struct StepReport {
-  int contacts = 0;              ///< points with separation <= 0 at the tick's start
+  int parts = 1;                 ///< of the tick, each with contacts of its own: tick_parts.h
+  int contacts = 0;              ///< points with separation <= 0 at the last one's start
   double penetration_max_m = 0;  ///< of those points
   double penetration_mean_m = 0;
   int bodies_in_contact = 0;   ///< that were sub-stepped

@@ -74,8 +74,8 @@ Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i
   return load;
 }
 
-void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, BodyTable& bodies,
-                Loads& loads) {
+void gather_loads(std::span<const ActiveWrench> wrenches, bool is_first, const Vector& gravity_W,
+                  BodyTable& bodies, Loads& loads) {
   loads.course.resize(bodies.size());
   loads.acceleration.resize(bodies.size());
   loads.torque_W.resize(bodies.size());
@@ -87,7 +87,7 @@ void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, Bo
     loads.course[i] = course_of(bodies, i);
     if (loads.course[i] == Course::driven) loads.set_to_gravity(i, Vector::Zero());
   }
-  for (ActiveWrench& active : wrenches) {
+  for (const ActiveWrench& active : wrenches) {
     const std::size_t i = *bodies.slot(active.wrench.body);
     if (loads.course[i] != Course::pushed) {
       loads.course[i] = Course::pushed;
@@ -96,10 +96,15 @@ void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, Bo
     }
     const Resultant load = resultant(active.wrench, bodies, i);
     if (loads.keeps_resultants) loads.resultants.push_back({static_cast<std::int32_t>(i), load});
-    add(load, bodies, i, loads);
-    if (active.ticks_left != kUntilCleared) --active.ticks_left;
+    if (is_first || !load.is_impulse) add(load, bodies, i, loads);
   }
   std::sort(loads.pushed.begin(), loads.pushed.end());
+}
+
+void count_down(std::vector<ActiveWrench>& wrenches) {
+  for (ActiveWrench& active : wrenches) {
+    if (active.ticks_left != kUntilCleared) --active.ticks_left;
+  }
   std::erase_if(wrenches, [](const ActiveWrench& active) { return active.ticks_left == 0; });
 }
 

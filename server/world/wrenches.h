@@ -24,7 +24,7 @@ struct Loads {
   std::vector<Vector> torque_W;      ///< N m, about Bcm: the part that is constant in W
   std::vector<Vector> torque_P;      ///< N m, in P: the part that turns with the body
   std::vector<std::int32_t> pushed;  ///< slots that a wrench acts on, ascending
-  double impulses_J = 0;             ///< what this tick's impulses did to kinetic energy
+  double impulses_J = 0;             ///< what impulses that were applied did to kinetic energy
   bool keeps_resultants = false;
   struct OfBody {
     std::int32_t slot;
@@ -42,9 +42,11 @@ struct Loads {
 /// The effect of one wrench on the body in slot `i` now.
 Resultant resultant(const Wrench& wrench, const BodyTable& bodies, std::size_t i);
 
-/// Applies this tick's impulses to the velocities and gathers its forces, gravity included, into
-/// `loads`; counts the ticks down and drops what has ended. `wrenches` are in order of arrival.
-void begin_tick(std::vector<ActiveWrench>& wrenches, const Vector& gravity_W, BodyTable& bodies,
-                Loads& loads);
+/// Gathers forces, gravity included, into `loads`, for a tick, or for a part of it; if it is the
+/// first, applies the tick's impulses to the velocities. `wrenches` are in order of arrival.
+void gather_loads(std::span<const ActiveWrench> wrenches, bool is_first, const Vector& gravity_W,
+                  BodyTable& bodies, Loads& loads);
+/// At the tick's end: counts the ticks down and drops what has ended.
+void count_down(std::vector<ActiveWrench>& wrenches);
 
 }  // namespace cradle

@@ -172,6 +172,7 @@ TEST_CASE("metrics say what clients did") {
   CHECK(page.at("cradle_bodies_stopped_at_impact_total") == 0);
   CHECK(page.at("cradle_impacts_unresolved_total") == 0);
   CHECK(page.at("cradle_spins_cut_total") == 0);
+  CHECK(page.at("cradle_ticks_in_halves_total") == 0);
   CHECK(page.at("cradle_islands_makeshift_total") == 0);
   CHECK(page.at("cradle_impacts_total") == 0);  // what fell rests on a soft contact by now
   CHECK(page.at("cradle_impacts_ordered_total") == 0);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
+
 namespace cradle {
 
 Vector tangent(const Vector& n) {
@@ -136,6 +138,17 @@ void look_at(ContactConstraint& c) {
     c.is_met |= p.s0 <= 0;
     c.deepest_m = std::max(c.deepest_m, -p.s0);
   }
+}
+
+double closing_speed(const ContactConstraint& c, const BodyArrays& bodies) {
+  const std::size_t a = index(c.a), b = index(c.b);
+  double most = 0;
+  for (const ConstraintPoint& p : c.used()) {
+    const Vector v =
+        bodies.v[b] + bodies.w[b].cross(c.rB(p)) - bodies.v[a] - bodies.w[a].cross(p.rA);
+    most = std::max(most, -c.n.dot(v));
+  }
+  return most;
 }
 
 void find_effective_masses(ContactConstraint& c) {

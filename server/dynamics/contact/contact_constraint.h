@@ -211,6 +211,9 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
 /// are set.
 void look_at(ContactConstraint& c);
 
+/// m/s, of the point that closes fastest, if any does.
+double closing_speed(const ContactConstraint& c, const BodyArrays& bodies);
+
 /// K of each point.
 void find_effective_masses(ContactConstraint& c);
 

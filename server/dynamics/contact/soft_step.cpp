@@ -188,18 +188,6 @@ class SoftStep final : public SoftSolver {
     }
   }
 
-  /// m/s, of the point that closes fastest.
-  static double closing_speed(const ContactConstraint& c, const BodyArrays& arrays) {
-    const std::size_t a = index(c.a), b = index(c.b);
-    double most = 0;
-    for (const ConstraintPoint& p : c.used()) {
-      const Vector v =
-          arrays.v[b] + arrays.w[b].cross(c.rB(p)) - arrays.v[a] - arrays.w[a].cross(p.rA);
-      most = std::max(most, -c.n.dot(v));
-    }
-    return most;
-  }
-
   /// As if the heavier body lay on the lighter one.
   static double first_press(const ContactConstraint& c, const BodyArrays& arrays) {
     const double a = arrays.acceleration[index(c.a)].norm(),

@@ -1,0 +1,145 @@
+// Ticks that are taken in two halves, each with contacts of its own, while contacts close fast.
+#include <catch2/catch.hpp>
+
+#include "tests/physics/worlds.h"
+
+namespace cradle {
+namespace {
+
+WorldSettings twice(double rate_hz = 60) {
+  WorldSettings how = settings(rate_hz);
+  how.collides_twice = true;
+  how.balance_every = 1;
+  how.balance_flight = true;
+  return how;
+}
+
+constexpr double kFall_mps = 8;
+
+/// Bricks that fall side by side and on each other. The lowest is so high that it has a contact
+/// with the ground in the first tick, which closes fast, but does not touch it before the second.
+std::vector<BodyId> let_fall(World& world) {
+  add(world, ground());
+  constexpr double kGap_m = 0.1;  // less than they fall in a tick
+  std::vector<BodyId> bricks;
+  for (int k = 0; k < 12; ++k) {
+    BodySpec spec =
+        brick({0.4, 0.3, 0.2},
+              {0.9 * (k % 3) + 0.05 * k, 0.03 * k, 0.2 + kGap_m + 0.45 * (k / 3) + 0.02 * (k % 3)},
+              {0.1 * k, 0, -kFall_mps});
+    spec.w_WB = {k == 0 ? 0 : 0.3, k == 0 ? 0 : 0.2 * (k % 4), 0.1};
+    spec.material.friction = 0.4;
+    spec.material.restitution = 0.2;
+    bricks.push_back(add(world, spec));
+  }
+  return bricks;
+}
+
+Wrench wrench(BodyId body, WrenchQuantity quantity, WrenchDuration duration, const Vec3& value) {
+  Wrench w;
+  w.body = body;
+  w.quantity = quantity;
+  w.duration = duration;
+  w.value = value;
+  return w;
+}
+
+/// A force that turns with a body, and a blow.
+void push(World& world, const std::vector<BodyId>& bricks) {
+  Wrench turning =
+      wrench(bricks[4], WrenchQuantity::force, WrenchDuration::until_cleared, {3, 2, 1});
+  turning.frame = WrenchFrame::body;
+  const Wrench blow =
+      wrench(bricks[7], WrenchQuantity::impulse, WrenchDuration::this_tick, {0.5, 0, 0.5});
+  REQUIRE(world.push(std::array{turning, blow}).result == Result::ok);
+}
+
+/// A torque for so many ticks, and drag.
+void turn(World& world, const std::vector<BodyId>& bricks, int ticks) {
+  Wrench torque = wrench(bricks[5], WrenchQuantity::torque, WrenchDuration::ticks, {0, 0, 2});
+  torque.ticks = ticks;
+  REQUIRE(world.push(std::array{torque}).result == Result::ok);
+  REQUIRE(world.set_drag(bricks[8], {0.5, 0.1, 0.01}).result == Result::ok);
+}
+
+}  // namespace
+
+TEST_CASE("a tick in two halves is two ticks of half the length") {
+  World world(twice()), finer(settings(120));
+  const std::vector<BodyId> bricks = let_fall(world);
+  let_fall(finer);
+  push(world, bricks);
+  push(finer, bricks);
+  CHECK(world.step().parts == 2);
+  steps(finer, 2);
+  turn(world, bricks, 2);
+  turn(finer, bricks, 4);
+  int ticks = 1;
+  while (world.step().parts == 2 && ticks < 12) {
+    ++ticks;
+    steps(finer, 2);
+    CAPTURE(ticks);
+    CHECK(world.wrench_count() == finer.wrench_count());
+    for (const BodyId body : bricks) {
+      CAPTURE(body.value);
+      CHECK(state(world, body) == state(finer, body));
+    }
+  }
+  CHECK(ticks > 3);
+}
+
+TEST_CASE("the balance of a tick in two halves is that of both") {
+  World world(twice());
+  push(world, let_fall(world));
+  int halves = 0;
+  for (int tick = 0; tick < 40; ++tick) {
+    const double before_J = world.totals().kinetic_energy_J;
+    const StepReport report = world.step();
+    CAPTURE(tick, report.parts);
+    halves += report.parts - 1;
+    CHECK(report.balance.kinetic_J ==
+          Approx(world.totals().kinetic_energy_J - before_J).margin(1e-9));
+  }
+  CHECK(halves > 5);
+}
+
+TEST_CASE("what falls in on itself turns into itself by half as much") {
+  double once_m = 0, twice_m = 0, mean_once_m = 0, mean_twice_m = 0;
+  for (const bool is_twice : {false, true}) {
+    WorldSettings how = settings();
+    how.collides_twice = is_twice;
+    World world(how);
+    add(world, ground());
+    for (int k = 0; k < 216; ++k) {
+      BodySpec spec =
+          brick({0.5, 0.5, 0.5}, {1.6 * (k % 6), 1.6 * (k / 6 % 6), 1 + 1.9 * (k / 36)});
+      spec.q_WB = {std::cos(0.3 * k), std::sin(0.3 * k), 0, 0};
+      add(world, spec);
+    }
+    double& most_m = is_twice ? twice_m : once_m;
+    double& mean_m = is_twice ? mean_twice_m : mean_once_m;
+    int halves = 0;
+    for (int tick = 0; tick < 240; ++tick) {
+      const StepReport report = world.step();
+      halves += report.parts - 1;
+      most_m = std::fmax(most_m, report.penetration_max_m);
+      mean_m += report.penetration_max_m / 240;
+    }
+    CHECK(halves >= (is_twice ? 60 : 0));
+    CHECK(halves <= (is_twice ? 239 : 0));
+  }
+  CAPTURE(once_m, twice_m, mean_once_m, mean_twice_m);
+  CHECK(twice_m < 0.7 * once_m);
+  CHECK(mean_twice_m < 0.6 * mean_once_m);
+}
+
+TEST_CASE("what lies or rolls is looked at once in a tick") {
+  World world(twice());
+  add(world, ground());
+  for (int k = 0; k < 5; ++k) add(world, brick({0.5, 0.5, 0.5}, {0, 0, 0.5 + k}));
+  add(world, ball(0.5, {5, 0, 0.5}, {3, 0, 0}));
+  world.step();  // the ball had no contact before
+  for (int tick = 1; tick < 60; ++tick) CHECK(world.step().parts == 1);
+}
+
+}  // namespace cradle

@@ -10,7 +10,7 @@
 namespace cradle {
 namespace {
 
-constexpr int kRubbleSeeds = 12, kBodies = 48, kRubbleTicks = 900;
+constexpr int kRubbleSeeds = 12 + 5, kBodies = 48, kRubbleTicks = 900;
 
 /// Boxes, cubes and hulls of twelve corners on a sphere, in twelve layers of four.
 std::vector<BodyId> drop_rubble(World& world, unsigned seed) {
@@ -87,13 +87,14 @@ void let_fall(unsigned seed, Rubble& outcome) {
 
 TEST_CASE("rubble comes to rest group by group, without a jump, and none is tried in vain often") {
   Rubble outcome;
-  for (unsigned seed = 1; seed <= kRubbleSeeds; ++seed) let_fall(seed, outcome);
+  for (unsigned seed = 1; seed <= 12; ++seed) let_fall(seed, outcome);
+  // A group of these lies still at the peak of its sway, but not in balance: it would begin to move
+  // as it is taken over, by up to 7e-5 m in that tick.
+  for (const unsigned seed : {128u, 160u, 177u, 195u, 200u}) let_fall(seed, outcome);
   CAPTURE(outcome.taken_over, outcome.in_vain, outcome.at_rest, outcome.jump_m, outcome.gain_J);
   CHECK(outcome.taken_over > 15 * kRubbleSeeds);
   CHECK(outcome.in_vain < 0.1 * outcome.taken_over);
   CHECK(outcome.at_rest >= kRubbleSeeds - 1);  // within 15 s
-  // In 28 of 1500 falls there is a group that lies still at the peak of its sway, but not in
-  // balance, and begins to move as it is taken over: by up to 1e-4 m in that tick. Not in these.
   CHECK(outcome.jump_m < 1e-6);
   CHECK(outcome.gain_J < 1e-6);
 }

@@ -183,6 +183,10 @@ class SoftStep final : public SoftSolver {
       if (settling_.rests(i)) pasts_[i] = Past::rests;
       is_calm_[i] = is_slow_[i] != 0 && pasts_[i] != Past::changes ? 1 : 0;
     }
+    for (std::size_t k = 0; k < number_of_bodies_ && !arrays.poise.empty(); ++k) {
+      const bool is_free = arrays.poise[index(tick.moving[k])].free > 0;
+      if (is_free) is_calm_[islands_->of(static_cast<std::int32_t>(k))] = 0;
+    }
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (looks_[k].is_driven) is_calm_[islands_->of_constraint(k)] = 0;
     }

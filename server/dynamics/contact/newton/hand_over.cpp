@@ -20,7 +20,9 @@
 //     (settling.h), and nothing is still being pushed out; what slides or rolls on slowly has no
 //     such peak, and is not stopped;
 // and if nothing is struck, and nothing slides away.
-// Attempts in vain make it wait, for 10, 20, 40... 320 ticks.
+// Attempts in vain make it wait, for 10, 20, 40... 320 ticks. What was stopped at its peak, but
+// is not in balance and begins to move as it is taken over, is not stopped for as long: so a ball
+// in a heap gets the time to roll.
 // Where we differ from the prototype that this is after: that took over what was slower than 1 cm/s
 // for ten ticks, and took away its velocities.
 //
@@ -41,6 +43,9 @@ struct HandOverTolerances {
   /// m/s: what moves faster is left to soft steps, whose positions are of second order ("what
   /// begins to slide"), also where it is struck ("what strikes a stack").
   double slow_mps = 0.01;
+  /// m, in a tick: what goes farther as it is taken over was stopped at the peak of its sway, but
+  /// is not in balance ("rubble comes to rest").
+  double jump_m = 1e-6;
   double hit_mps =
       0.1;  ///< likewise, before the tick: it may be set down in it ("loads that grow")
   /// A point that slides so fast is not where it rested, and nobody sees that it gives way;
@@ -80,6 +85,7 @@ void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const Ti
   has_rested_.assign(moving_.size(), 0);
   may_have_rested_.resize(moving_.size());
   tolerance_m_ = tick.tolerance_m;
+  dt_ = tick.dt;
   look_at_bodies();
   look_at_contacts(tick, constraints);
   for (Facts& facts : facts_) facts.choice = choose(facts);
@@ -96,6 +102,7 @@ void HandOver::look_at_bodies() {
     facts.was_soft |= poise.method == Poise::soft;
     may_have_rested_[k] = poise.method == Poise::newton || poise.has_rested != 0 ? 1 : 0;
     facts.cool = std::max(facts.cool, poise.cool);
+    facts.free = std::max(facts.free, poise.free);
     facts.fails = std::max(facts.fails, poise.fails);
     facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
   }
@@ -185,10 +192,11 @@ bool HandOver::is_carried(std::int32_t slot) const {
 }
 
 /// What is not carried may fall.
-bool HandOver::is_slow(const Island& island, const IslandSolver& solver) const {
+bool HandOver::is_slow(const Island& island, const IslandSolver& solver, bool is_taken_over) const {
+  const double most_mps =
+      is_taken_over ? kHandOverTolerances.jump_m / dt_ : kHandOverTolerances.slow_mps;
   for (std::size_t k = 0; k < island.slots.size(); ++k) {
-    if (solver.speed_mps(k) > kHandOverTolerances.slow_mps && is_carried(island.slots[k]))
-      return false;
+    if (solver.speed_mps(k) > most_mps && is_carried(island.slots[k])) return false;
   }
   return true;
 }
@@ -244,13 +252,15 @@ void HandOver::let_go_of_soft(std::span<ContactConstraint* const> constraints) {
   }
 }
 
-void HandOver::note(std::size_t island, bool is_newton, bool is_in_vain) {
+void HandOver::note(std::size_t island, Outcome outcome) {
   Facts& facts = facts_[island];
-  facts.method = is_newton ? Poise::newton : Poise::soft;
+  facts.method = outcome == Outcome::newton ? Poise::newton : Poise::soft;
   facts.cool = std::max(facts.cool - 1, 0);
-  if (is_in_vain) {
+  facts.free = std::max(facts.free - 1, 0);
+  if (outcome == Outcome::in_vain || outcome == Outcome::moves) {
     const int doubled = kHandOverTolerances.wait_ticks << std::min(facts.fails, 10);
     facts.cool = std::min(doubled, kHandOverTolerances.wait_ticks_max);
+    facts.free = outcome == Outcome::moves ? facts.cool : 0;
     ++facts.fails;
   }
   if (facts.speed_mps > kHandOverTolerances.fast_mps) facts.fails = 0;
@@ -260,7 +270,7 @@ void HandOver::end() {
   for (std::size_t k = 0; k < moving_.size(); ++k) {
     const Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
     Poise& poise = poises_[index(moving_[k])];
-    poise = {facts.method, facts.cool, facts.fails, poise.sub_steps, has_rested_[k]};
+    poise = {facts.method, facts.cool, facts.free, facts.fails, poise.sub_steps, has_rested_[k]};
   }
 }
 

@@ -22,8 +22,8 @@ class HandOver {
   Choice choice(std::size_t island) const { return facts_[island].choice; }
   /// That an attempt may take.
   int iterations(std::size_t island) const;
-  /// As Newton's method moves it.
-  bool is_slow(const Island& island, const IslandSolver& solver) const;
+  /// As Newton's method moves it; what is taken over is to lie still.
+  bool is_slow(const Island& island, const IslandSolver& solver, bool is_taken_over) const;
 
   /// What the soft step carries now is what rests there; and not, if that came to nothing.
   void freeze(const Island& island);
@@ -34,7 +34,8 @@ class HandOver {
   void let_go_of_soft(std::span<ContactConstraint* const> constraints);
 
   /// What became of it.
-  void note(std::size_t island, bool is_newton, bool is_in_vain);
+  enum class Outcome { soft, newton, in_vain, moves };
+  void note(std::size_t island, Outcome outcome);
   void end();
 
  private:
@@ -43,7 +44,7 @@ class HandOver {
     double nearest_m = 0;
     bool is_new = false, was_soft = false, is_barred = false, is_deep = false;
     std::int32_t sub_steps = 1;
-    std::int32_t cool = 0, fails = 0;
+    std::int32_t cool = 0, free = 0, fails = 0;
     Choice choice = Choice::soft;
     Poise::Method method = Poise::soft;
   };
@@ -71,8 +72,8 @@ class HandOver {
   std::vector<std::uint8_t> carries_;  // of `moving_`
   /// Likewise: some contact rests elsewhere than it touches; before, it may have.
   std::vector<std::uint8_t> has_rested_, may_have_rested_;
-  double tolerance_m_ = 0;         // the tick's
-  std::vector<PointRest> before_;  // of the points of the island that was frozen last
+  double tolerance_m_ = 0, dt_ = 0;  // the tick's
+  std::vector<PointRest> before_;    // of the points of the island that was frozen last
 };
 
 }  // namespace cradle

@@ -26,6 +26,7 @@ class HybridStep final : public IslandStep {
 
  private:
   using Choice = HandOver::Choice;
+  using Outcome = HandOver::Outcome;
 
   void choose(std::span<const Matrix> inverse_inertia_W,
               std::span<ContactConstraint* const> constraints) override {
@@ -38,8 +39,8 @@ class HybridStep final : public IslandStep {
       const bool rests = choice == Choice::keeps && settling_.rests(i);
       fates()[i] = rests ? Fate::rests : choice == Choice::soft ? Fate::soft : Fate::solved;
       if (rests) ++report().islands_at_rest;
-      if (rests) hand_over_.note(i, true, false);
-      if (choice == Choice::soft) hand_over_.note(i, false, false);
+      if (rests) hand_over_.note(i, Outcome::newton);
+      if (choice == Choice::soft) hand_over_.note(i, Outcome::soft);
     }
     hand_over_.let_go_of_soft(constraints);
     PointResidual& most = report().residual.most;
@@ -52,14 +53,15 @@ class HybridStep final : public IslandStep {
     if (takes_over) hand_over_.freeze(island);
     const bool is_found =
         solver().solve_at_rest(bodies(), arrays(), island, tick().dt, hand_over_.iterations(i));
-    if (!is_found || !hand_over_.is_slow(island, solver())) {
+    if (!is_found || !hand_over_.is_slow(island, solver(), takes_over)) {
       if (takes_over) hand_over_.thaw(island);
       hand_over_.let_go(island);
-      hand_over_.note(i, false, !is_found);
+      const Outcome moves = takes_over ? Outcome::moves : Outcome::soft;
+      hand_over_.note(i, is_found ? moves : Outcome::in_vain);
       report().islands_makeshift += is_found ? 0 : 1;
       return false;
     }
-    hand_over_.note(i, true, false);
+    hand_over_.note(i, Outcome::newton);
     ++(solver().iterations() == 0 ? report().islands_at_rest : report().islands_by_newton);
     report().islands_taken_over += takes_over ? 1 : 0;
     return true;

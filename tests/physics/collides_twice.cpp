@@ -1,7 +1,7 @@
 // Ticks that are taken in two halves, each with contacts of its own, while contacts close fast.
 #include <catch2/catch.hpp>
 
-#include "tests/physics/worlds.h"
+#include "tests/physics/terrains.h"
 
 namespace cradle {
 namespace {
@@ -16,8 +16,7 @@ WorldSettings twice(double rate_hz = 60) {
 
 constexpr double kFall_mps = 8;
 
-/// Bricks that fall side by side and on each other. The lowest is so high that it has a contact
-/// with the ground in the first tick, which closes fast, but does not touch it before the second.
+/// Bricks that fall side by side and on each other.
 std::vector<BodyId> let_fall(World& world) {
   add(world, ground());
   constexpr double kGap_m = 0.1;  // less than they fall in a tick
@@ -33,6 +32,31 @@ std::vector<BodyId> let_fall(World& world) {
     bricks.push_back(add(world, spec));
   }
   return bricks;
+}
+
+/// A platform that moves, balls that bounce on terrain, a shot at a wall, and a spring.
+std::vector<BodyId> add_others(World& world, const std::vector<BodyId>& bricks) {
+  std::vector<BodyId> others;
+  BodySpec platform = brick({0.5, 0.5, 0.1}, {3.2, 0, 0.3}, {-2, 0, 0.5});
+  platform.kind = BodyKind::kinematic;
+  others.push_back(add(world, platform));
+  add_surface(
+      world,
+      make_height_field(3, 3, 2, 2, std::vector<double>{0.2, 0.1, 0.3, 0, 0.2, 0.1, 0.3, 0, 0.1})
+          .geometry,
+      {20, 0, 0});
+  for (int k = 0; k < 6; ++k) {
+    BodySpec spec = ball(0.1, {20 + 0.3 * (k - 2.5), 0.05 * k, 0.5 + 0.15 * k}, {0, 0, -10});
+    spec.material.restitution = 0.9;
+    others.push_back(add(world, spec));
+  }
+  add(world, brick({0.01, 1, 1}, {-20, 0, 3}));
+  for (int k = 0; k < 20; ++k) {  // one after the other
+    others.push_back(add(world, ball(0.02, {-25 - 5.0 * k, 0, 3}, {300, 0, 0})));
+  }
+  Spring spring{bricks[9], bricks[10], {0.1, 0, 0}, {0, 0.1, 0}, 200, 5, 0.3};
+  REQUIRE(world.add_springs(std::array{spring}).result == Result::ok);
+  return others;
 }
 
 Wrench wrench(BodyId body, WrenchQuantity quantity, WrenchDuration duration, const Vec3& value) {
@@ -66,26 +90,64 @@ void turn(World& world, const std::vector<BodyId>& bricks, int ticks) {
 
 TEST_CASE("a tick in two halves is two ticks of half the length") {
   World world(twice()), finer(settings(120));
-  const std::vector<BodyId> bricks = let_fall(world);
+  std::vector<BodyId> bodies = let_fall(world);
   let_fall(finer);
-  push(world, bricks);
-  push(finer, bricks);
+  for (World* one : {&world, &finer}) {
+    const std::vector<BodyId> others = add_others(*one, bodies);
+    if (one == &finer) bodies.insert(bodies.end(), others.begin(), others.end());
+  }
+  push(world, bodies);
+  push(finer, bodies);
   CHECK(world.step().parts == 2);
   steps(finer, 2);
-  turn(world, bricks, 2);
-  turn(finer, bricks, 4);
-  int ticks = 1;
-  while (world.step().parts == 2 && ticks < 12) {
+  turn(world, bodies, 2);
+  turn(finer, bodies, 4);
+  int ticks = 1, impacts = 0, stopped = 0;
+  for (StepReport report; (report = world.step()).parts == 2 && ticks < 20;) {
     ++ticks;
+    impacts += report.impacts;
+    stopped += report.stopped_at_impact;
     steps(finer, 2);
     CAPTURE(ticks);
     CHECK(world.wrench_count() == finer.wrench_count());
-    for (const BodyId body : bricks) {
+    for (const BodyId body : bodies) {
       CAPTURE(body.value);
       CHECK(state(world, body) == state(finer, body));
     }
   }
-  CHECK(ticks > 3);
+  CHECK(ticks > 15);
+  CHECK(impacts > 0);
+  CHECK(stopped > 0);
+}
+
+TEST_CASE("a tick in two halves is so in the plane, too") {
+  WorldSettings how = twice();
+  how.is_planar = true;
+  how.gravity_W = {0, -kGravity, 0};
+  WorldSettings fine = how;
+  fine.collides_twice = false;
+  fine.rate_hz = 120;
+  World world(how), finer(fine);
+  std::vector<BodyId> bodies;
+  for (World* one : {&world, &finer}) {
+    BodySpec floor = ground();
+    floor.q_WB = {std::sqrt(0.5), -std::sqrt(0.5), 0, 0};
+    bodies = {add(*one, floor)};
+    for (int k = 0; k < 9; ++k) {
+      BodySpec spec = brick({0.4, 0.2, 0.5}, {0.9 * (k % 3) + 0.1 * k, 0.3 + 0.6 * (k / 3), 0},
+                            {0.1 * k, -8, 0});
+      spec.w_WB = {0, 0, 0.2 * k};
+      bodies.push_back(add(*one, spec));
+    }
+  }
+  int ticks = 0;
+  while (world.step().parts == 2 && ticks < 12) {
+    ++ticks;
+    steps(finer, 2);
+    CAPTURE(ticks);
+    for (const BodyId body : bodies) CHECK(state(world, body) == state(finer, body));
+  }
+  CHECK(ticks > 4);
 }
 
 TEST_CASE("the balance of a tick in two halves is that of both") {

@@ -99,6 +99,13 @@ TEST_CASE("a trace has a row a body and tick, under name or id, and follows the 
   }
 }
 
+TEST_CASE("a summary tells how many ticks looked for contacts twice") {
+  const std::string falls = summary_of({scene("tumble.toml"), "--duration", "3"});
+  CHECK(json_number(falls, "ticks_in_halves") > 60);  // about a second is nothing but flight
+  CHECK(json_number(falls, "ticks_in_halves") < 180);
+  CHECK(json_number(summary_of({scene("pile.toml"), "--duration", "0.5"}), "ticks_in_halves") == 0);
+}
+
 TEST_CASE("a summary has every figure of the run") {
   const std::string json = summary_of({scene("stack.toml"), "--duration", "0.5"});
   const std::string plain = summary_of({scene("stack.toml"), "--duration", "0.5"});

@@ -7,23 +7,27 @@
 namespace cradle {
 namespace {
 
+using Outcome = HandOver::Outcome;
+
 /// A body by itself, whose attempts are told to succeed or not.
 class Attempts {
  public:
   /// How many ticks it is left to soft steps before the next attempt, which is in vain.
-  int wait_then_fail() {
+  int wait_then_fail(Outcome outcome = Outcome::in_vain) {
     int waited = 0;
     while (begin() == HandOver::Choice::soft) {
-      end(false, false);
+      end(Outcome::soft);
       ++waited;
     }
-    end(false, true);
+    end(outcome);
     return waited;
   }
+  /// Ticks in which nobody ends its sway, from now on.
+  int free_ticks() const { return poise_[0].free; }
   void move_fast() {
     v_[0] = Vector(1, 0, 0);
     CHECK(begin() == HandOver::Choice::soft);
-    end(false, false);
+    end(Outcome::soft);
     v_[0].setZero();
   }
 
@@ -42,8 +46,8 @@ class Attempts {
     hand_over_.begin(tick, arrays, islands_, {});
     return hand_over_.choice(0);
   }
-  void end(bool is_newton, bool is_in_vain) {
-    hand_over_.note(0, is_newton, is_in_vain);
+  void end(Outcome outcome) {
+    hand_over_.note(0, outcome);
     hand_over_.end();
   }
 
@@ -52,7 +56,7 @@ class Attempts {
   std::vector<std::int32_t> moving_{0};
   std::vector<Vector> v_{Vector::Zero()}, w_{Vector::Zero()}, inertia_{Vector::Ones()};
   std::vector<double> inverse_mass_{1};
-  std::vector<Poise> poise_{{Poise::newton, 0, 0, 4}};
+  std::vector<Poise> poise_{{Poise::newton, 0, 0, 0, 4}};
 };
 
 }  // namespace
@@ -65,6 +69,16 @@ TEST_CASE("attempts in vain make a group wait twice as long each time, until it 
   attempts.move_fast();
   CHECK(attempts.wait_then_fail() == 319);  // what it waits for already stays
   CHECK(attempts.wait_then_fail() == 10);
+}
+
+TEST_CASE("what begins to move as it is taken over may sway as long as it waits") {
+  Attempts attempts;
+  CHECK(attempts.wait_then_fail(Outcome::moves) == 0);
+  CHECK(attempts.free_ticks() == 10);
+  CHECK(attempts.wait_then_fail(Outcome::moves) == 10);
+  CHECK(attempts.free_ticks() == 20);
+  CHECK(attempts.wait_then_fail(Outcome::in_vain) == 20);
+  CHECK(attempts.free_ticks() == 0);
 }
 
 }  // namespace cradle

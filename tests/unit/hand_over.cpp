@@ -7,19 +7,19 @@
 namespace cradle {
 namespace {
 
-using Outcome = HandOver::Outcome;
+using Attempt = HandOver::Attempt;
 
 /// A body by itself, whose attempts are told to succeed or not.
-class Attempts {
+class Trials {
  public:
   /// How many ticks it is left to soft steps before the next attempt, which is in vain.
-  int wait_then_fail(Outcome outcome = Outcome::in_vain) {
+  int wait_then_fail(Attempt attempt = Attempt::in_vain) {
     int waited = 0;
     while (begin() == HandOver::Choice::soft) {
-      end(Outcome::soft);
+      end(Attempt::none);
       ++waited;
     }
-    end(outcome);
+    end(attempt);
     return waited;
   }
   /// Ticks in which nobody ends its sway, from now on.
@@ -27,7 +27,7 @@ class Attempts {
   void move_fast() {
     v_[0] = Vector(1, 0, 0);
     CHECK(begin() == HandOver::Choice::soft);
-    end(Outcome::soft);
+    end(Attempt::none);
     v_[0].setZero();
   }
 
@@ -46,8 +46,8 @@ class Attempts {
     hand_over_.begin(tick, arrays, islands_, {});
     return hand_over_.choice(0);
   }
-  void end(Outcome outcome) {
-    hand_over_.note(0, outcome);
+  void end(Attempt attempt) {
+    hand_over_.note(0, attempt);
     hand_over_.end();
   }
 
@@ -62,23 +62,23 @@ class Attempts {
 }  // namespace
 
 TEST_CASE("attempts in vain make a group wait twice as long each time, until it has moved fast") {
-  Attempts attempts;
+  Trials trials;
   for (const int ticks : {0, 10, 20, 40, 80, 160, 320, 320}) {
-    CHECK(attempts.wait_then_fail() == ticks);
+    CHECK(trials.wait_then_fail() == ticks);
   }
-  attempts.move_fast();
-  CHECK(attempts.wait_then_fail() == 319);  // what it waits for already stays
-  CHECK(attempts.wait_then_fail() == 10);
+  trials.move_fast();
+  CHECK(trials.wait_then_fail() == 319);  // what it waits for already stays
+  CHECK(trials.wait_then_fail() == 10);
 }
 
 TEST_CASE("what begins to move as it is taken over may sway as long as it waits") {
-  Attempts attempts;
-  CHECK(attempts.wait_then_fail(Outcome::moves) == 0);
-  CHECK(attempts.free_ticks() == 10);
-  CHECK(attempts.wait_then_fail(Outcome::moves) == 10);
-  CHECK(attempts.free_ticks() == 20);
-  CHECK(attempts.wait_then_fail(Outcome::in_vain) == 20);
-  CHECK(attempts.free_ticks() == 0);
+  Trials trials;
+  CHECK(trials.wait_then_fail(Attempt::moves) == 0);
+  CHECK(trials.free_ticks() == 10);
+  CHECK(trials.wait_then_fail(Attempt::moves) == 10);
+  CHECK(trials.free_ticks() == 20);
+  CHECK(trials.wait_then_fail(Attempt::in_vain) == 20);
+  CHECK(trials.free_ticks() == 0);
 }
 
 }  // namespace cradle

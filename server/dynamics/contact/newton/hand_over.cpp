@@ -252,15 +252,15 @@ void HandOver::let_go_of_soft(std::span<ContactConstraint* const> constraints) {
   }
 }
 
-void HandOver::note(std::size_t island, Outcome outcome) {
+void HandOver::note(std::size_t island, Attempt attempt) {
   Facts& facts = facts_[island];
-  facts.method = outcome == Outcome::newton ? Poise::newton : Poise::soft;
+  facts.method = attempt == Attempt::found ? Poise::newton : Poise::soft;
   facts.cool = std::max(facts.cool - 1, 0);
   facts.free = std::max(facts.free - 1, 0);
-  if (outcome == Outcome::in_vain || outcome == Outcome::moves) {
+  if (attempt == Attempt::in_vain || attempt == Attempt::moves) {
     const int doubled = kHandOverTolerances.wait_ticks << std::min(facts.fails, 10);
     facts.cool = std::min(doubled, kHandOverTolerances.wait_ticks_max);
-    facts.free = outcome == Outcome::moves ? facts.cool : 0;
+    facts.free = attempt == Attempt::moves ? facts.cool : 0;
     ++facts.fails;
   }
   if (facts.speed_mps > kHandOverTolerances.fast_mps) facts.fails = 0;

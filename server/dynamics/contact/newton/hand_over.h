@@ -33,9 +33,9 @@ class HandOver {
   void let_go(const Island& island);
   void let_go_of_soft(std::span<ContactConstraint* const> constraints);
 
-  /// What became of it.
-  enum class Outcome { soft, newton, in_vain, moves };
-  void note(std::size_t island, Outcome outcome);
+  /// What became of it: `moves`, what was found would begin to move.
+  enum class Attempt { none, found, in_vain, moves };
+  void note(std::size_t island, Attempt attempt);
   void end();
 
  private:

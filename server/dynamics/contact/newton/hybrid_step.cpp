@@ -26,7 +26,7 @@ class HybridStep final : public IslandStep {
 
  private:
   using Choice = HandOver::Choice;
-  using Outcome = HandOver::Outcome;
+  using Attempt = HandOver::Attempt;
 
   void choose(std::span<const Matrix> inverse_inertia_W,
               std::span<ContactConstraint* const> constraints) override {
@@ -39,8 +39,8 @@ class HybridStep final : public IslandStep {
       const bool rests = choice == Choice::keeps && settling_.rests(i);
       fates()[i] = rests ? Fate::rests : choice == Choice::soft ? Fate::soft : Fate::solved;
       if (rests) ++report().islands_at_rest;
-      if (rests) hand_over_.note(i, Outcome::newton);
-      if (choice == Choice::soft) hand_over_.note(i, Outcome::soft);
+      if (rests) hand_over_.note(i, Attempt::found);
+      if (choice == Choice::soft) hand_over_.note(i, Attempt::none);
     }
     hand_over_.let_go_of_soft(constraints);
     PointResidual& most = report().residual.most;
@@ -56,12 +56,12 @@ class HybridStep final : public IslandStep {
     if (!is_found || !hand_over_.is_slow(island, solver(), takes_over)) {
       if (takes_over) hand_over_.thaw(island);
       hand_over_.let_go(island);
-      const Outcome moves = takes_over ? Outcome::moves : Outcome::soft;
-      hand_over_.note(i, is_found ? moves : Outcome::in_vain);
+      const Attempt moves = takes_over ? Attempt::moves : Attempt::none;
+      hand_over_.note(i, is_found ? moves : Attempt::in_vain);
       report().islands_makeshift += is_found ? 0 : 1;
       return false;
     }
-    hand_over_.note(i, Outcome::newton);
+    hand_over_.note(i, Attempt::found);
     ++(solver().iterations() == 0 ? report().islands_at_rest : report().islands_by_newton);
     report().islands_taken_over += takes_over ? 1 : 0;
     return true;

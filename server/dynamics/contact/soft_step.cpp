@@ -26,8 +26,9 @@ namespace {
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
 /// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
 constexpr double kRestTicks = 2;
-/// It may come to rest while they go no farther in a tick than one tick of it makes them; half of
-/// that, what they fall from rest, is no way of an island that moves.
+/// It may come to rest while they go no farther in a tick, in the mean, than the speed of one
+/// tick's fall takes them. Half of that, what they fall from rest, is no way of an island that
+/// moves.
 constexpr double kSlowTicks = 1, kSinkTicks = 0.5;
 
 /// Of an island's contacts that carry, one in so many may do so on some of its points only: of two

@@ -73,6 +73,7 @@ StepReport joined(const StepReport& first, const StepReport& second) {
     both.*worst = std::max(first.*worst, second.*worst);
   }
   both.sub_steps_max = std::max(first.sub_steps_max, second.sub_steps_max);
+  both.bodies_in_contact = std::max(first.bodies_in_contact, second.bodies_in_contact);
   both.crowded = std::max(first.crowded, second.crowded);
   both.paid_J += first.paid_J;
   return both;

@@ -81,12 +81,12 @@ StepReport World::Steps::advance(State& s, bool is_first, Executor& executor,
   s.lost.assign(s.bodies.size(), 0);
   quarantine_runaways(s);
   find_pairs(s, executor);
-  while (wake_struck(s)) find_pairs(s, executor);
   if (s.parts == 1 && strikes_fast(s)) {
     s.parts = 2;
     s.dt /= 2;
     find_pairs(s, executor);
   }
+  while (wake_struck(s)) find_pairs(s, executor);
   bounce_balls(s, executor);
   collide(s, executor);
   foresee_impacts(s, executor);

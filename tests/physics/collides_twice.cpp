@@ -204,4 +204,26 @@ TEST_CASE("what lies or rolls is looked at once in a tick") {
   for (int tick = 1; tick < 60; ++tick) CHECK(world.step().parts == 1);
 }
 
+TEST_CASE("sleepers stay as they are where something else strikes fast") {
+  WorldSettings how = twice();
+  how.is_sleeping = true;
+  World world(how);
+  add(world, ground());
+  BodyId top;
+  for (int k = 0; k < 5; ++k) top = add(world, brick({0.5, 0.5, 0.5}, {0, 0, 0.5 + k}));
+  add(world, brick({0.5, 0.5, 0.5}, {50, 0, 20}));  // for two seconds
+  steps(world, 60);
+  const BodyState asleep = state(world, top);
+  int halves = 0;
+  for (int tick = 60; tick < 130; ++tick) {
+    const StepReport report = world.step();
+    halves += report.parts - 1;
+    CHECK(report.sleeping == 5);
+    CHECK(report.pairs <= 1);  // of the one that falls and the ground
+    CHECK(report.bodies_in_contact <= 1);
+    CHECK(state(world, top) == asleep);
+  }
+  CHECK(halves > 0);
+}
+
 }  // namespace cradle

@@ -15,13 +15,11 @@ constexpr std::size_t kOthers = 4;
 
 BodyPair in_order(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// Who is told to the broad phase, and which colliders the balls are.
+/// Which colliders the balls are, and who else there is.
 void list_others(World::State& s) {
   Ballistic::Others& others = s.balls.others;
   others.colliders.clear();
   others.ids.clear();
-  others.boxes.clear();
-  others.moves.clear();
   s.balls.colliders.resize(s.balls.slots.size());
   for (std::size_t k = 0; k < s.colliders.size(); ++k) {
     const std::int32_t number = s.balls.number[index(s.colliders[k])];
@@ -31,8 +29,17 @@ void list_others(World::State& s) {
     }
     others.colliders.push_back(static_cast<std::int32_t>(k));
     others.ids.push_back(s.collider_ids[k]);
-    others.boxes.push_back(s.boxes[k]);
-    others.moves.push_back(s.moves[k]);
+  }
+}
+
+/// What the broad phase is told of them.
+void look_at_others(World::State& s) {
+  Ballistic::Others& others = s.balls.others;
+  others.boxes.clear();
+  others.moves.clear();
+  for (const std::int32_t k : others.colliders) {
+    others.boxes.push_back(s.boxes[index(k)]);
+    others.moves.push_back(s.moves[index(k)]);
   }
   others.planes = s.planes;
   for (Plane& plane : others.planes) {
@@ -43,6 +50,7 @@ void list_others(World::State& s) {
 
 /// `s.pairs` are those of the others, by collider.
 void find_pairs_of_others(World::State& s, Executor& executor) {
+  look_at_others(s);
   const Ballistic::Others& others = s.balls.others;
   const bool may_be_others_now = s.balls.was_told_of_some = true;
   s.culling = s.broad_phase->find_pairs(
@@ -93,6 +101,7 @@ void part_balls(World::State& s, Executor& executor) {
   balls.are_apart = others * kOthers <= balls.slots.size() &&
                     balls.grid.build(executor, balls.events.balls, s.dt, balls.v_mean, s.gravity_W);
   if (!balls.are_apart) return;
+  list_others(s);
   const double speed = balls.v_mean.norm() + balls.grid.speed_max();
   const double way = s.dt * speed + 0.5 * s.dt * s.dt * s.gravity_W.norm();
   balls.are_slow = 1.001 * way < balls.grid.radius_min();
@@ -100,12 +109,13 @@ void part_balls(World::State& s, Executor& executor) {
 
 void find_pairs_beside_balls(World::State& s, Executor& executor) {
   Ballistic& balls = s.balls;
-  list_others(s);
   find_pairs_of_others(s, executor);
   const double reach = reach_of_boxes(s);
   const std::size_t most = pairs_max(s.colliders.size());
   const auto add = [&](std::int32_t one, std::int32_t ball) {
-    s.pairs.push_back(in_order(one, balls.colliders[index(ball)]));
+    const std::int32_t k = balls.colliders[index(ball)];
+    show_ball(s, index(k), index(balls.slots[index(ball)]));
+    s.pairs.push_back(in_order(one, k));
   };
   for (const std::int32_t k : balls.others.colliders) {
     if (s.pairs.size() > most) break;
@@ -127,18 +137,15 @@ void put_balls_in_boxes(World::State& s) {
   Ballistic& balls = s.balls;
   for (std::size_t k = 0; k < balls.slots.size(); ++k) {
     const Ball& ball = balls.events.balls[k];
-    if (ball.impacts == 0) s.boxes[index(balls.colliders[k])] = box_of_ball(s, ball);
+    const std::size_t collider = index(balls.colliders[k]);
+    show_ball(s, collider, index(balls.slots[k]));
+    if (ball.impacts == 0) s.boxes[collider] = box_of_ball(s, ball);
   }
 }
 
 void add_pairs_of_bound_balls(World::State& s) {
   Ballistic& balls = s.balls;
   const double reach = reach_of_boxes(s);
-  std::vector<std::int32_t>& struck = balls.struck;
-  struck.clear();
-  for (std::size_t k = 0; k < balls.slots.size() && s.fast.any; ++k) {
-    if (balls.events.balls[k].impacts > 0) struck.push_back(static_cast<std::int32_t>(k));
-  }
   const auto is_fast = [&](std::int32_t number) {
     return s.fast.is_fast[index(balls.slots[index(number)])] != 0;
   };
@@ -157,7 +164,8 @@ void add_pairs_of_bound_balls(World::State& s) {
         s.pairs.push_back({balls.slots[k], balls.slots[index(other)]});
       }
     });
-    for (const std::int32_t other : struck) {
+    if (!s.fast.any) continue;
+    for (const std::int32_t other : balls.events.deviated) {
       if (box.overlaps(s.boxes[index(balls.colliders[index(other)])])) pass(other);
     }
   }

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "server/collision/bounds.h"
+#include "server/collision/fetch.h"
 #include "server/collision/index.h"
+#include "server/collision/kept_manifold.h"
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
 #include "server/dynamics/schemes/scheme.h"
@@ -21,6 +25,7 @@ namespace {
 constexpr double kAtRest_m = 1e-6;
 /// Worth a thread, at some tens of nanoseconds each.
 constexpr int kBallPairs = 64;
+constexpr std::size_t kBallsTogether = 1024;  // some nanoseconds each
 
 /// By what it is made of.
 bool is_ball(const World::State& s, std::size_t i) {
@@ -56,13 +61,22 @@ Ball ball_of(const World::State& s, std::size_t i) {
   return ball;
 }
 
-StruckBall struck_ball_of(const World::State& s, std::size_t i) {
-  const BodyTable& bodies = s.bodies;
-  StruckBall ball;
-  ball.w = bodies.w[i];
-  ball.inverse_mass = bodies.inverse_mass[i];
-  ball.inverse_inertia = bodies.inverse_inertia[i].z();
-  return ball;
+/// As they are when the tick begins. Returns the sum of their velocities' squares about the mean.
+double take_balls(World::State& s, Executor& executor) {
+  Ballistic& balls = s.balls;
+  balls.events.balls.resize(balls.slots.size());
+  balls.squares.assign(chunks_of(balls.slots.size(), kBallsTogether), 0);
+  for_chunks(executor, balls.slots.size(), kBallsTogether,
+             [&](std::size_t part, std::size_t begin, std::size_t end) {
+               double sum = 0;
+               for (std::size_t k = begin; k < end; ++k) {
+                 const Ball ball = ball_of(s, index(balls.slots[k]));
+                 balls.events.balls[k] = ball;
+                 sum += (ball.v - balls.v_mean).squaredNorm();
+               }
+               balls.squares[part] = sum;
+             });
+  return std::accumulate(balls.squares.begin(), balls.squares.end(), 0.0);
 }
 
 /// One tick's balls, from the pairs of boxes to where they are at its end.
@@ -106,12 +120,29 @@ class Bounces final : public BallSurroundings {
     for_each_collider_in(way, meet);
   }
 
-  StruckBall before_impacts(std::int32_t number) override {
+  void expect(std::int32_t number) const override {
     const std::size_t i = index(balls_.slots[index(number)]);
-    // Where it was expected to go is known from now on: it may have to look beyond.
-    if (balls_.are_apart)
-      s_.boxes[index(balls_.colliders[index(number)])] = box_of_ball(s_, ball_of(s_, i));
-    return struck_ball_of(s_, i);
+    if (balls_.are_apart) fetch(&s_.boxes[index(balls_.colliders[index(number)])], sizeof(Aabb));
+    fetch(&s_.bodies.w[i]);
+    fetch(&s_.bodies.inverse_mass[i]);
+    fetch(&s_.bodies.inverse_inertia[i]);
+    fetch(&s_.bodies.material[i]);
+  }
+
+  void before_impacts(std::int32_t number, StruckBall& struck) override {
+    const std::size_t i = index(balls_.slots[index(number)]);
+    if (balls_.are_apart) {
+      // Where it was expected to go is known from now on: it may have to look beyond.
+      const Aabb box = box_of_ball(s_, events_.balls[index(number)]);
+      box_of(number).lower = box.lower;  // number by number, as they were written just now
+      box_of(number).upper = box.upper;
+    }
+    struck.x_start = s_.bodies.x[i];
+    struck.w = s_.bodies.w[i];
+    struck.turn = Rotation::Identity();
+    struck.held = Vector::Zero();
+    struck.inverse_mass = s_.bodies.inverse_mass[i];
+    struck.inverse_inertia = s_.bodies.inverse_inertia[i].z();
   }
 
   BallMaterial material_of(const BallPair& pair) override {
@@ -247,7 +278,8 @@ class Bounces final : public BallSurroundings {
   }
 
   void put_out(std::int32_t number) {
-    balls_.is_out[index(number)] = 1;
+    if (std::exchange(balls_.is_out[index(number)], std::uint8_t{1}) != 0) return;
+    take_pose_of_ball(s_, index(balls_.slots[index(number)]));
     any_is_out_ = true;
   }
 
@@ -287,15 +319,14 @@ class Bounces final : public BallSurroundings {
 
   void apply() {
     BodyTable& bodies = s_.bodies;
-    for (std::size_t k = 0; k < events_.balls.size(); ++k) {
-      const Ball& ball = events_.balls[k];
-      if (ball.impacts == 0) continue;
-      const std::size_t i = index(balls_.slots[k]);
+    for (const std::int32_t number : events_.deviated) {
+      const Ball& ball = events_.balls[index(number)];
+      const std::size_t i = index(balls_.slots[index(number)]);
       const Vector x = bodies.x[i];
       const Momentum before = momentum_before(s_, i);
       bodies.x[i] = ball.x;
       bodies.v[i] = ball.v;
-      const StruckBall& struck = events_.struck[k];
+      const StruckBall& struck = events_.struck[index(number)];
       if (struck.w != bodies.w[i]) {
         bodies.w[i] = struck.w;
         bodies.q[i] = normalised(struck.turn * bodies.q[i]);
@@ -334,6 +365,18 @@ class Bounces final : public BallSurroundings {
 
 }  // namespace
 
+void show_ball(World::State& s, std::size_t k, std::size_t i) {
+  s.moves[k] = 1;
+  s.reach_of_tick[k] = {};
+  s.poses[i].x = s.balls.x_start(i);
+}
+
+void take_pose_of_ball(World::State& s, std::size_t i) {
+  const Pose now{s.bodies.x[i], s.bodies.q[i].toRotationMatrix()};
+  s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
+  s.poses[i] = now;
+}
+
 void list_balls(World::State& s) {
   s.balls.candidates.clear();
   if (s.scheme->advance != exact) return;
@@ -358,18 +401,13 @@ void begin_balls(World::State& s, Executor& executor) {
     if (!could_take_part(s, i)) continue;
     balls.number[i] = static_cast<std::int32_t>(balls.slots.size());
     balls.slots.push_back(slot);
+    s.sleepers.is_box_known[i] = 0;
     sum += s.bodies.v[i];
   }
   if (balls.slots.empty()) return;
-  balls.events.balls.resize(balls.slots.size());
-  for_each_index(executor, balls.slots.size(), kBallPairs, [&s](std::size_t k) {
-    s.balls.events.balls[k] = ball_of(s, index(s.balls.slots[k]));
-  });
   const auto count = static_cast<double>(balls.slots.size());
   balls.v_mean = sum / count;
-  double squares = 0;
-  for (const Ball& ball : balls.events.balls) squares += (ball.v - balls.v_mean).squaredNorm();
-  balls.spread = std::sqrt(squares / count);
+  balls.spread = std::sqrt(take_balls(s, executor) / count);
   balls.is_out.assign(balls.slots.size(), 0);
   balls.obstacle.assign(s.bodies.size(), -1);
   part_balls(s, executor);

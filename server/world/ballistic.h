@@ -44,6 +44,7 @@ struct Ballistic {
   std::vector<std::uint8_t> is_out;  ///< by number: takes no part
   std::vector<std::int32_t> obstacle;  ///< by slot: number of the obstacle; or -1
   Vector v_mean = Vector::Zero();      ///< m/s, of those in `slots`
+  std::vector<double> squares;         ///< m^2/s^2: of deviations from it, by part of the balls
   double spread = 0;                   ///< m/s, of their velocities about it, mean square
   std::vector<BodyPair> passed_by;     ///< pairs of fast deviated balls with what they do not know
   BallEvents events;
@@ -61,13 +62,17 @@ struct Ballistic {
   std::vector<std::int32_t> colliders;  ///< by number: place in `World::State::colliders`
   Others others;                        ///< that can collide
   std::vector<BodyPair> met;            ///< of balls that may meet, by number
-  std::vector<std::int32_t> struck;     ///< balls with impacts, by number; where any body is fast
   PairSorter sorter;
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
   /// Of one that could.
   const Ball& ball(std::size_t slot) const {
     return events.balls[static_cast<std::size_t>(number[slot])];
+  }
+  /// Likewise, m.
+  Vector x_start(std::size_t slot) const {
+    const auto k = static_cast<std::size_t>(number[slot]);
+    return events.balls[k].impacts == 0 ? events.balls[k].x : events.struck[k].x_start;
   }
   bool flies(std::size_t slot) const {
     return could_fly(slot) && is_out[static_cast<std::size_t>(number[slot])] == 0;
@@ -78,6 +83,11 @@ struct Ballistic {
 void list_balls(World::State& s);
 /// Who could take part.
 void begin_balls(World::State& s, Executor& executor);
+/// Where one that could take part is when the tick begins, for others that may come near it; by its
+/// place among the colliders and its slot. Not how it is turned: a ball's surface does not show.
+void show_ball(World::State& s, std::size_t k, std::size_t i);
+/// How it lies when the tick begins, and how far it has turned since that was asked last.
+void take_pose_of_ball(World::State& s, std::size_t i);
 /// Where it may get in this tick, struck or not; of one that could take part, as it is when the
 /// tick begins.
 Aabb box_of_ball(const World::State& s, const Ball& ball);

@@ -40,6 +40,7 @@ struct World::Steps {
   static void set_margins(State& s);
   static void find_pairs(State& s, Executor& executor);
   static void find_all_pairs(State& s, Executor& executor);
+  static void put_in_boxes(State& s, Executor& executor);
   static void put_in_box(State& s, std::size_t k);
   static void put_ball_in_box(State& s, std::size_t k, std::size_t i);
   static void collide(State& s, Executor& executor);
@@ -170,8 +171,7 @@ void World::Steps::find_pairs(State& s, Executor& executor) {
   begin_fast_bodies(s);
   begin_balls(s, executor);
   s.planes.clear();
-  for_each_index(executor, s.colliders.size(), kColliders,
-                 [&s](std::size_t k) { put_in_box(s, k); });
+  put_in_boxes(s, executor);
   for (const std::int32_t slot : s.colliders) {
     if (s.fast.is_fast[index(slot)] != 0) list_fast(s, index(slot));
   }
@@ -200,6 +200,18 @@ void World::Steps::find_all_pairs(State& s, Executor& executor) {
       {s.boxes, s.moves, s.planes, renumbered, s.collider_ids, &executor}, s.pairs);
 }
 
+/// All but slow balls among themselves: nobody asks how these are turned, or for their boxes.
+void World::Steps::put_in_boxes(State& s, Executor& executor) {
+  if (!s.balls.are_apart || !s.balls.are_slow) {
+    for_each_index(executor, s.colliders.size(), kColliders,
+                   [&s](std::size_t k) { put_in_box(s, k); });
+    return;
+  }
+  const std::span<const std::int32_t> others = s.balls.others.colliders;
+  for_each_index(executor, others.size(), kColliders,
+                 [&](std::size_t k) { put_in_box(s, index(others[k])); });
+}
+
 /// Of a collider, by its number.
 void World::Steps::put_in_box(State& s, std::size_t k) {
   const std::size_t i = index(s.colliders[k]);
@@ -220,14 +232,10 @@ void World::Steps::put_in_box(State& s, std::size_t k) {
   s.reach_of_tick[k] = {now.x, s.reaches[i] + s.margins[i] + s.dt * s.bodies.v[i].norm()};
 }
 
-/// Of one that could take part in the impacts of this tick. Its frame is that of its shape.
+/// Of one that could take part in the impacts of this tick.
 void World::Steps::put_ball_in_box(State& s, std::size_t k, std::size_t i) {
-  s.moves[k] = 1;
-  s.reach_of_tick[k] = {};
-  s.sleepers.is_box_known[i] = 0;
-  const Pose now{s.bodies.x[i], s.bodies.q[i].toRotationMatrix()};
-  s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
-  s.poses[i] = now;
+  show_ball(s, k, i);
+  take_pose_of_ball(s, i);
   if (!s.balls.are_slow) note_if_fast(s, i);
   if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
 }

@@ -1,5 +1,6 @@
 // Balls that are apart from the broad phase go as they would if it knew them: it does where enough
 // other bodies are in the world, and these may be far away.
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <random>
@@ -113,6 +114,37 @@ TEST_CASE("balls go the same way whether or not the broad phase knows them") {
   CHECK(apart > 300);
   CHECK(contacts > 1000);
   CHECK(impacts > 5000);
+}
+
+TEST_CASE("what leaves its box within a tick meets balls where they have flown to") {
+  // A bullet strikes a cube at rest, which goes farther than it: after ticks in which nobody asked
+  // where these balls are.
+  int apart = 0, stopped = 0;
+  for (int k = 0; k < 8; ++k) {
+    World world(settings(60, {})), with_bystanders(settings(60, {}));
+    std::array<BodyId, 2> struck;
+    for (World* one : {&world, &with_bystanders}) {
+      struck[one == &world ? 0 : 1] = add(*one, brick({0.02, 0.02, 0.02}, {}));
+      BodySpec bullet = brick({0.05, 0.05, 0.05}, {-51 - 0.25 * k, 0.005, 0}, {600, 0, 0});
+      bullet.mass_kg = 100;
+      add(*one, bullet);
+      for (int i = 0; i < 81; ++i) {  // a curtain that is drawn
+        add(*one, ball(0.21, {10, 0.43 * (i % 9 - 4.0) - 0.2, 0.45 * (i / 9 - 4.0)}, {0, 2, 0}));
+      }
+    }
+    add_bystanders(with_bystanders);
+    for (int tick = 0; tick < 12; ++tick) {
+      const StepReport report = world.step(), same = with_bystanders.step();
+      CAPTURE(k, tick);
+      REQUIRE(same.pairs_by != "balls");
+      apart += report.pairs_by == "balls" ? 1 : 0;
+      stopped += report.stopped_at_impact;
+      REQUIRE(report.stopped_at_impact == same.stopped_at_impact);
+      REQUIRE(are_same(state(world, struck[0]), state(with_bystanders, struck[1])));
+    }
+  }
+  CHECK(apart > 60);
+  CHECK(stopped > 8);
 }
 
 }  // namespace cradle

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/collision/fetch.h"
 #include "server/collision/index.h"
 #include "server/dynamics/rotation.h"
 
@@ -36,6 +37,7 @@ void BallEvents::begin(double dt, const Vector& gravity) {
   g_ = gravity;
   obstacles.clear();
   pairs.clear();
+  deviated.clear();
 }
 
 double BallEvents::time_of(const BallPair& pair, double now) const {
@@ -73,16 +75,19 @@ BallReport BallEvents::run(std::span<const std::uint8_t> is_out, BallSurrounding
     due_.push_back({pair.time, static_cast<std::int32_t>(k), 0, 0});
   }
   if (due_.empty()) return report_;
-  std::ranges::make_heap(due_, is_later);
+  std::ranges::sort(due_, [](const Due& one, const Due& other) { return is_later(other, one); });
+  next_due_ = 0;
+  foreseen_.clear();
+  foreseen_.reserve(balls.size());  // their number varies: more than there will be
+  deviated.reserve(balls.size());
   first_.assign(balls.size(), -1);
   next_.clear();
   struck.resize(balls.size());
   place_.assign(balls.size(), -1);
   link_new_pairs();
-  while (!due_.empty()) {
-    std::ranges::pop_heap(due_, is_later);
-    const Due now = due_.back();
-    due_.pop_back();
+  for (Due now{}; take_next(now);) {
+    constexpr std::size_t kAhead = 2;
+    if (next_due_ + kAhead < due_.size()) expect(due_[next_due_ + kAhead].pair, surroundings);
     const BallPair& pair = pairs[index(now.pair)];
     const Ball* b = partner(pair);
     if (balls[index(pair.a)].impacts != now.impacts_a) continue;
@@ -93,6 +98,35 @@ BallReport BallEvents::run(std::span<const std::uint8_t> is_out, BallSurrounding
     for (const std::int32_t ball : changed_) foresee_all_of(ball, now.time);
   }
   return report_;
+}
+
+/// Of what comes soon, most likely: balls lie anywhere, and so do their partners.
+void BallEvents::expect(std::int32_t k, const BallSurroundings& surroundings) const {
+  const BallPair& pair = pairs[index(k)];
+  for (const std::int32_t ball : {pair.a, pair.b}) {
+    if (ball < 0) continue;
+    if (balls[index(ball)].impacts == 0) {
+      fetch(&struck[index(ball)], sizeof(StruckBall));
+      surroundings.expect(ball);
+    }
+    for_each_pair_of(ball, [&](std::int32_t number) {
+      const BallPair& one = pairs[index(number)];
+      const std::int32_t other = one.a == ball ? one.b : one.a;
+      if (other >= 0) fetch(&balls[index(other)]);
+    });
+  }
+}
+
+bool BallEvents::take_next(Due& now) {
+  const bool is_left = next_due_ < due_.size();
+  if (foreseen_.empty() || (is_left && is_later(foreseen_.front(), due_[next_due_]))) {
+    if (is_left) now = due_[next_due_++];
+    return is_left;
+  }
+  std::ranges::pop_heap(foreseen_, is_later);
+  now = foreseen_.back();
+  foreseen_.pop_back();
+  return true;
 }
 
 bool BallEvents::is_later(const Due& one, const Due& other) {
@@ -119,8 +153,8 @@ void BallEvents::foresee(std::int32_t k, double now) {
   if (std::max(a.impacts, b != nullptr ? b->impacts : 0) > 2 * kImpactsMax) return;
   const double time = b == nullptr && rests(pair.a) ? time_along(pair, now) : time_of(pair, now);
   if (time == kNever) return;
-  due_.push_back({time, k, a.impacts, b != nullptr ? b->impacts : 0});
-  std::ranges::push_heap(due_, is_later);
+  foreseen_.push_back({time, k, a.impacts, b != nullptr ? b->impacts : 0});
+  std::ranges::push_heap(foreseen_, is_later);
 }
 
 void BallEvents::foresee_all_of(std::int32_t ball, double now) {
@@ -143,7 +177,8 @@ void BallEvents::strike(std::int32_t pair, double t, BallSurroundings& surroundi
     struck[index(number)].held = Vector::Zero();
     ball.v = v_[place] - t * g_;
     ball.x = x_[place] - t * ball.v - 0.5 * t * t * g_;
-    if (++ball.impacts == 2 * kImpactsMax + 1) stay(ball, x_[place]);
+    if (++ball.impacts == 1) deviated.push_back(number);
+    if (ball.impacts == 2 * kImpactsMax + 1) stay(ball, x_[place]);
   }
   for (const Contact& contact : struck_) rest_if_due(contact, t);
 }
@@ -179,7 +214,7 @@ void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surround
     if (ball < 0 || place_[index(ball)] >= 0) return;
     place_[index(ball)] = static_cast<std::int32_t>(changed_.size());
     changed_.push_back(ball);
-    if (balls[index(ball)].impacts == 0) struck[index(ball)] = surroundings.before_impacts(ball);
+    if (balls[index(ball)].impacts == 0) surroundings.before_impacts(ball, struck[index(ball)]);
     x_.push_back(position(ball, t));
     v_.push_back(velocity(ball, t));
   };

@@ -17,7 +17,9 @@ class BallSurroundings {
   /// After an impact at `now`: may add pairs to BallEvents::pairs, their times not yet known.
   virtual void look_around(std::int32_t ball, double now) = 0;
   /// Of one that has had no impact yet.
-  virtual StruckBall before_impacts(std::int32_t ball) = 0;
+  virtual void before_impacts(std::int32_t ball, StruckBall& struck) = 0;
+  /// Will be asked that of it soon, most likely.
+  virtual void expect(std::int32_t ball) const = 0;
   virtual BallMaterial material_of(const BallPair& pair) = 0;
 };
 
@@ -32,7 +34,8 @@ struct BallReport {
 class BallEvents {
  public:
   std::vector<Ball> balls;
-  std::vector<StruckBall> struck;  ///< by ball, of those that have had impacts
+  std::vector<StruckBall> struck;      ///< by ball, of those that have had impacts
+  std::vector<std::int32_t> deviated;  ///< which these are, by their first ones
   std::vector<Obstacle> obstacles;
   std::vector<BallPair> pairs;  ///< sorted as events at the same time are to be
 
@@ -67,6 +70,8 @@ class BallEvents {
 
   double time_of(const BallPair& pair, double now) const;
   double time_along(const BallPair& pair, double now) const;
+  void expect(std::int32_t pair, const BallSurroundings& surroundings) const;
+  bool take_next(Due& now);
   static bool is_later(const Due& one, const Due& other);
   const Ball* partner(const BallPair& pair) const;
   void link_new_pairs();
@@ -93,7 +98,9 @@ class BallEvents {
   Vector g_ = Vector::Zero();
   std::span<const std::uint8_t> is_out_;
   BallReport report_;
-  std::vector<Due> due_;  // a heap
+  std::vector<Due> due_;       // of the tick's beginning, in their order
+  std::size_t next_due_ = 0;   // of these
+  std::vector<Due> foreseen_;  // since, a heap
   std::vector<std::int32_t>
       first_;  // by ball: the newest of its pairs, times 2, plus the side; or -1
   std::vector<std::int32_t> next_;  // two a pair: the pair before, likewise
@@ -110,16 +117,16 @@ inline bool BallEvents::rests(std::int32_t number) const {
 
 inline Vector BallEvents::position(std::int32_t number, double t) const {
   const Ball& ball = balls[static_cast<std::size_t>(number)];
-  const Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
-  if (!rests(number)) return x;
+  Vector x = ball.x + t * ball.v + 0.5 * t * t * g_;
   const double left = dt_ - t;
-  return x - 0.5 * left * left * struck[static_cast<std::size_t>(number)].held;
+  if (rests(number)) x -= 0.5 * left * left * struck[static_cast<std::size_t>(number)].held;
+  return x;
 }
 
 inline Vector BallEvents::velocity(std::int32_t number, double t) const {
-  const Vector v = balls[static_cast<std::size_t>(number)].v + t * g_;
-  if (!rests(number)) return v;
-  return v + (dt_ - t) * struck[static_cast<std::size_t>(number)].held;
+  Vector v = balls[static_cast<std::size_t>(number)].v + t * g_;
+  if (rests(number)) v += (dt_ - t) * struck[static_cast<std::size_t>(number)].held;
+  return v;
 }
 
 }  // namespace cradle

@@ -157,11 +157,13 @@ bool BallGrid::count(Executor& executor, std::span<const Ball> balls) {
 void BallGrid::sort(Executor& executor, std::span<const Ball> balls) {
   numbers_.resize(balls.size());
   places_.resize(balls.size());
+  cells_at_.resize(balls.size());
   stride_ = balls.size() + kFloatLanes;  // a read of four may begin at the last
   columns_.resize(7 * stride_);
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const std::uint32_t place = begins_[cells_of_[i]]++;
+    const std::uint32_t cell = cells_of_[i], place = begins_[cell]++;
     numbers_[place] = static_cast<std::int32_t>(i);
+    cells_at_[place] = cell;
     places_[i] = place;
   }
   for_each_index(executor, balls.size(), kBalls, [&](std::size_t place) {
@@ -200,9 +202,13 @@ void BallGrid::note(std::int32_t number, const Ball& ball) {
 }
 
 BallCells BallGrid::cells() const {
-  return {columns_.data(), stride_,
-          begins_.data(),  {size_[0], size_[1], size_[2]},
-          slack_,          static_cast<float>(2 * dt_)};
+  return {columns_.data(),
+          stride_,
+          cells_at_.data(),
+          begins_.data(),
+          {size_[0], size_[1], size_[2]},
+          slack_,
+          static_cast<float>(2 * dt_)};
 }
 
 std::int64_t BallGrid::find_pairs(Executor& executor, int lanes, std::vector<BodyPair>& pairs) {
@@ -216,8 +222,9 @@ std::int64_t BallGrid::find_pairs(Executor& executor, int lanes, std::vector<Bod
       const auto y = static_cast<std::int32_t>(1 + row % ny);
       const auto z = static_cast<std::int32_t>(1 + row / ny);
       const std::uint32_t first = number_of(1, y, z);
-      kernels.look_along_row(all, first, hits_.data());
-      for (std::uint32_t at = begins_[first]; at < begins_[first + size_[0] - 2]; ++at) {
+      const Range places{begins_[first], begins_[first + size_[0] - 2]};
+      kernels.look(all, places.begin, places.end, hits_.data());
+      for (std::uint32_t at = places.begin; at < places.end; ++at) {
         if (hits_[at] != 0) decode(at, hits_[at], found);
       }
     }
@@ -230,7 +237,7 @@ std::int64_t BallGrid::find_pairs(Executor& executor, int lanes, std::vector<Bod
 
 void BallGrid::decode(std::uint32_t place, std::uint32_t hits, std::vector<BodyPair>& found) const {
   const std::int32_t number = numbers_[place];
-  const std::uint32_t cell = cells_of_[index(number)];
+  const std::uint32_t cell = cells_at_[place];
   const BallCells all = cells();
   const auto row = [&](std::size_t r) {
     const std::uint32_t middle = cell + row_after(all, r);

@@ -114,6 +114,7 @@ class BallGrid {
   std::vector<float> columns_;         // in that order: x, y, z, v and radius, an array each
   std::size_t stride_ = 0;
   std::vector<std::uint32_t> cells_of_;  // by number
+  std::vector<std::uint32_t> cells_at_;  // by place
   std::vector<Point> points_;            // by number
   std::vector<std::uint32_t> hits_;      // by place: BallKernels
   std::vector<Bounds> bounds_of_parts_;

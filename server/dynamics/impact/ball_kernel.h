@@ -12,6 +12,7 @@ namespace cradle {
 struct BallCells {
   const float* x;               ///< m; then y, z, v (m/s) and radius, an array each
   std::size_t stride;           ///< of these arrays
+  const std::uint32_t* cells;   ///< of each ball in them
   const std::uint32_t* begins;  ///< of each cell in them, and the end
   std::uint32_t size[3];        ///< cells, with those at the rim, which are empty
   float slack;                  ///< m^2
@@ -33,9 +34,8 @@ constexpr std::uint32_t row_after(const BallCells& cells, std::size_t r) {
 
 struct BallKernels {
   int lanes;  ///< doubles side by side; floats twice as many
-  /// For the balls in a row of cells from this one on, those at the rim left out, to `hits`, by
-  /// place of the balls.
-  void (*look_along_row)(const BallCells& cells, std::uint32_t first, std::uint32_t* hits);
+  /// For the balls at begin .. end, to `hits`, by their places.
+  void (*look)(const BallCells& cells, std::uint32_t begin, std::uint32_t end, std::uint32_t* hits);
 };
 
 extern const BallKernels kBallKernels1, kBallKernels2;

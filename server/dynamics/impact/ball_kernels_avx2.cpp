@@ -3,6 +3,6 @@
 #include "server/dynamics/impact/ball_method.h"
 
 namespace cradle {
-constinit const BallKernels kBallKernels4 = {4, look_along_row<EightBalls>};
+constinit const BallKernels kBallKernels4 = {4, look<EightBalls>};
 }  // namespace cradle
 #endif

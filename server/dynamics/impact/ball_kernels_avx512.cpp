@@ -4,6 +4,6 @@
 #include "server/dynamics/impact/ball_method.h"
 
 namespace cradle {
-constinit const BallKernels kBallKernels8 = {8, look_along_row<EightBalls>};
+constinit const BallKernels kBallKernels8 = {8, look<EightBalls>};
 }  // namespace cradle
 #endif

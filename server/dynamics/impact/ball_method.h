@@ -81,47 +81,42 @@ CRADLE_LANES std::uint32_t bits_within(std::uint32_t begin, std::uint32_t end) {
 
 /// The rows beside a cell that are looked at together: where their balls are.
 struct RowsBeside {
-  std::uint32_t places[kBallRows] = {};  // of the first of each; that of row 0 is the ball's next
-  std::uint32_t within = 0, more = 0;    // as in hits
+  std::uint32_t places[kBallRows];     // of the first of each; that of row 0 is the ball's next
+  std::uint32_t within = 0, more = 0;  // as in hits
 };
 
-CRADLE_LANES RowsBeside rows_beside(const BallCells& cells, const std::uint32_t* cell) {
+CRADLE_LANES RowsBeside rows_beside(const BallCells& cells, std::uint32_t at) {
+  const std::uint32_t* const cell = cells.begins + cells.cells[at];
   RowsBeside rows;
-  for (std::size_t r = 1; r < kBallRows; ++r) {
+  for (std::size_t r = 0; r < kBallRows; ++r) {
     const std::uint32_t* const middle = cell + row_after(cells, r);
-    const std::uint32_t end = middle[2];
-    rows.places[r] = middle[-1];
-    rows.within |= bits_within(middle[-1], end) << (4 * r);
-    rows.more |= end - middle[-1] > 4 ? kMoreBalls : 0;
+    const std::uint32_t begin = r == 0 ? at + 1 : middle[-1], end = middle[2];
+    rows.places[r] = begin;
+    rows.within |= bits_within(begin, end) << (4 * r);
+    rows.more |= end - begin > 4 ? kMoreBalls : 0;
   }
   return rows;
 }
 
+/// Ball by ball, not cell by cell: most cells are empty or have one, which nobody can foresee.
 template <class V>
-void look_along_row(const BallCells& of_grid, std::uint32_t first, std::uint32_t* __restrict hits) {
+void look(const BallCells& of_grid, std::uint32_t begin, std::uint32_t end,
+          std::uint32_t* __restrict hits) {
   constexpr std::size_t rows_at_once = sizeof(V) / sizeof(FourBalls);
   const BallCells cells = of_grid;  // nothing that is written could be part of it
   const BallColumns<const float*> columns = columns_of(cells);
   const auto slack = in_all_lanes<V>(cells.slack), twice_dt = in_all_lanes<V>(cells.twice_dt);
   const auto slack_4 = in_all_lanes<FourBalls>(cells.slack);
   const auto twice_dt_4 = in_all_lanes<FourBalls>(cells.twice_dt);
-  const std::uint32_t* const begins = cells.begins + first;
-  for (std::uint32_t x = 0; x < cells.size[0] - 2; ++x) {
-    const std::uint32_t begin = begins[x], end = begins[x + 1], own_end = begins[x + 2];
-    if (begin == end) continue;
-    RowsBeside rows = rows_beside(cells, begins + x);
-    for (std::uint32_t at = begin; at < end; ++at) {
-      rows.places[0] = at + 1;
-      const auto ball = in_all_lanes<V>(columns, at);
-      const auto ball_4 = in_all_lanes<FourBalls>(columns, at);
-      std::uint32_t found = may_meet(columns, ball_4, rows.places, slack_4, twice_dt_4);
-      found &= bits_within(at + 1, own_end);
-      for (std::size_t r = 1; r < kBallRows; r += rows_at_once) {
-        found |=
-            (may_meet(columns, ball, rows.places + r, slack, twice_dt) << (4 * r)) & rows.within;
-      }
-      hits[at] = found | rows.more | (own_end - at > 5 ? kMoreBalls : 0);
+  for (std::uint32_t at = begin; at < end; ++at) {
+    const RowsBeside rows = rows_beside(cells, at);
+    const auto ball = in_all_lanes<V>(columns, at);
+    const auto ball_4 = in_all_lanes<FourBalls>(columns, at);
+    std::uint32_t found = may_meet(columns, ball_4, rows.places, slack_4, twice_dt_4);
+    for (std::size_t r = 1; r < kBallRows; r += rows_at_once) {
+      found |= may_meet(columns, ball, rows.places + r, slack, twice_dt) << (4 * r);
     }
+    hits[at] = (found & rows.within) | rows.more;
   }
 }
 

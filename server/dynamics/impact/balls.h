@@ -21,6 +21,7 @@ static_assert(sizeof(Ball) == 64);
 
 /// What an impact asks of a ball beside, and what it changes. Few balls are struck in a tick.
 struct StruckBall {
+  Vector x_start;                        ///< m, when the tick begins
   Vector w;                              ///< rad/s
   Rotation turn = Rotation::Identity();  ///< where it is, as if it had turned by w always
   Vector held = Vector::Zero();  ///< m/s^2: of gravity, what obstacles that it rests on hold

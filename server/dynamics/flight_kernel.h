@@ -38,9 +38,9 @@ inline constexpr int kFlightLanesMax = 8;
 struct FlightKernels {
   using Kernel = void (*)(const FlightPointers&, const FlightList&);
   int lanes;  ///< bodies side by side
-  /// `lanes` bodies in a row that fall, if all of them tumble by at most `step_angle` (rad) in the
-  /// tick; else nothing, and false.
-  bool (*tumble_row)(const FlightPointers&, std::int32_t first, double step_angle);
+  /// `lanes` bodies in a row that fall, if none of them turns, or all tumble by at most
+  /// `step_angle` (rad) in the tick; else nothing, and false.
+  bool (*free_row)(const FlightPointers&, std::int32_t first, double step_angle);
   /// Likewise in a planar world, if all of them turn and lie in the plane.
   bool (*planar_row)(const FlightPointers&, std::int32_t first);
   Kernel straight;       ///< nothing

@@ -399,17 +399,21 @@ void fly_list(const FlightPointers& bodies, const FlightList& list) {
   }
 }
 
-/// The common case without a list: neighbours that all tumble, one step each. What counts is the
-/// same comparison as in free_flight.cpp, lane by lane.
+/// The common cases without a list: neighbours of which none turns, or all tumble, one step each.
+/// What counts are the same comparisons as in free_flight.cpp, lane by lane.
 template <class V>
-bool tumble_row(const FlightPointers& bodies, std::int32_t first, double step_angle) {
+bool free_row(const FlightPointers& bodies, std::int32_t first, double step_angle) {
   if constexpr (kLanes<V> == 1) {
     return false;
   } else {
     const Row row{first};
     const Triple<V> w = load3<V>(bodies.w, row);
-    const Triple<V> J = load3<V>(bodies.inertia, row);
     const V speed2 = dot(w, w);
+    if (all<V>(speed2 == 0.0)) {
+      fly_block<Turning::none, V>(bodies, row, nullptr, true);
+      return true;
+    }
+    const Triple<V> J = load3<V>(bodies.inertia, row);
     const auto is_slow =
         (speed2 > 0.0) & (speed2 * (bodies.dt * bodies.dt) <= step_angle * step_angle);
     const auto is_round = (J.x == J.y) & (J.y == J.z);
@@ -437,7 +441,7 @@ bool planar_row(const FlightPointers& bodies, std::int32_t first) {
 template <class V>
 constexpr FlightKernels kernels() {
   return {kLanes<V>,
-          tumble_row<V>,
+          free_row<V>,
           planar_row<V>,
           fly_list<Turning::none, V>,
           fly_list<Turning::steady, V>,

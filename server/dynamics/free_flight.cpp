@@ -166,6 +166,7 @@ FlightNeed flight_need(const FlightTick& tick, const FlightArrays& bodies, std::
   const Vector& J = bodies.inertia[i];
   const Vector& w = bodies.w[i];
   const double speed2 = w.x() * w.x() + w.y() * w.y() + w.z() * w.z();  // in the kernels' order
+  if (speed2 == 0 && course == Course::falls) return {Turn::none, 0};
   const bool is_round = J.x() == J.y() && J.y() == J.z();
   const double torque = course == Course::pushed && turns_freely(course, J)
                             ? bodies.torque_W[i].norm() + bodies.torque_P[i].norm()
@@ -193,7 +194,7 @@ void fly_all(const FlightTick& tick, const FlightArrays& bodies, int begin, int 
     const bool is_row = next - slot == kernels.lanes && all_fall(bodies.course, slot, next);
     const bool has_flown =
         is_row && (tick.is_planar ? kernels.planar_row(pointers, slot)
-                                  : kernels.tumble_row(pointers, slot, kStepAngle_rad));
+                                  : kernels.free_row(pointers, slot, kStepAngle_rad));
     if (!has_flown) {
       for (int i = slot; i < next; ++i) sorter.add(i);
     }

@@ -215,8 +215,8 @@ void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surround
     place_[index(ball)] = static_cast<std::int32_t>(changed_.size());
     changed_.push_back(ball);
     if (balls[index(ball)].impacts == 0) surroundings.before_impacts(ball, struck[index(ball)]);
-    x_.push_back(position(ball, t));
-    v_.push_back(velocity(ball, t));
+    x_.emplace_back().noalias() = position(ball, t);
+    v_.emplace_back().noalias() = velocity(ball, t);
   };
   take(pairs[index(first)].a);
   take(pairs[index(first)].b);

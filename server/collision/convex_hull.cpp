@@ -88,8 +88,12 @@ class Qhull {
     qhT* const qh = &qhull_;  // the name that Qhull's macros want
     const facetT* facet = nullptr;
     FORALLfacets { faces.push_back(loop_of(const_cast<facetT*>(facet))); }
+    outside_ = qh->max_outside;
     return faces;
   }
+
+  /// How far the farthest point is outside of a face of these.
+  double outside() const { return outside_; }
 
   std::string errors() {
     std::fflush(errors_);
@@ -116,6 +120,7 @@ class Qhull {
   FILE* errors_ = nullptr;
   char* text_ = nullptr;
   std::size_t text_size_ = 0;
+  double outside_ = 0;
 };
 
 /// Whether the loops are a closed surface around the origin.
@@ -188,10 +193,15 @@ MadeGeometry make_hull(std::span<const Vector> points) {
     centred.emplace_back(p - middle);
     coordinates.insert(coordinates.end(), centred.back().begin(), centred.back().end());
   }
-  Qhull qhull;
-  std::vector<Loop> faces =
-      qhull.faces_of(coordinates, kTolerances.corner_by_length * (upper - lower).maxCoeff());
-  if (faces.empty()) return {nullptr, "the points have no hull: " + qhull.errors()};
+  // A point is left out as near to a face that may go; then it is farther outside of the next one.
+  const double least = kTolerances.corner_by_length * (upper - lower).maxCoeff();
+  std::vector<Loop> faces;
+  for (const double share : {1.0, 1e-3}) {
+    Qhull qhull;
+    faces = qhull.faces_of(coordinates, share * least);
+    if (faces.empty()) return {nullptr, "the points have no hull: " + qhull.errors()};
+    if (qhull.outside() <= 2 * least) break;
+  }
   if (!is_closed(faces, centred)) return {nullptr, "the points have no hull: it is not closed"};
   return {std::make_shared<const StoredGeometry>(StoredGeometry{compact(std::move(faces), points)}),
           {}};

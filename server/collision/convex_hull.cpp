@@ -1,6 +1,7 @@
 // The convex hull by Qhull (Barber, Dobkin, Huhdanpaa, ACM Trans. Math. Softw. 22, 1996), which
 // merges facets that are coplanar up to rounding. What it returns is checked: every edge must have
-// two faces that run along it in opposite directions, and the inside must be on the right side.
+// two faces that run along it in opposite directions, and the inside must be on the right side; and
+// it is asked for once more where a point that it left out is far outside.
 #include <cradle/limits.h>
 
 #include <algorithm>

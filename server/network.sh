@@ -68,10 +68,10 @@ find_network() {
 # Runs a command there.
 in_network() { "${network[@]}" "$@"; }
 
-# A port that nobody uses, nor the one after it.
+# A port that nobody uses, nor the one after it; below those that Linux lends to any socket.
 free_port() {
   local port
-  while port=$((20000 + RANDOM % 20000)); do
+  while port=$((20000 + RANDOM % 12000)); do
     ss -Huln "( sport = :$port or sport = :$((port + 1)) )" | grep -q . || break
   done
   echo "$port"

@@ -83,6 +83,13 @@ OpenedTransport failure(const LcmUrl& url, const std::string& reason) {
               "); for this host alone type: ip link set lo up && ip route add 224.0.0.0/4 dev lo"};
 }
 
+/// Somebody has the port for himself; whoever uses LCM shares it.
+OpenedTransport taken(const LcmUrl& url) {
+  return {nullptr, Result::no_network,
+          "port " + std::to_string(url.port) + " is in use by a program that does not share it; " +
+              "choose another, best below 32768: those above are lent to any program"};
+}
+
 }  // namespace
 
 OpenedTransport open_lcm_transport(const LcmUrl& url, Lane lane) {
@@ -92,6 +99,7 @@ OpenedTransport open_lcm_transport(const LcmUrl& url, Lane lane) {
     try {
       receiver = std::make_unique<Lc02Receiver>(url);
     } catch (const std::system_error& error) {
+      if (error.code() == std::errc::address_in_use) return taken(url);
       return failure(url, error.what());
     }
   }

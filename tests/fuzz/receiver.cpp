@@ -41,7 +41,7 @@ std::optional<Message> whole_message(const Bytes& datagram) {
 /// The receiver, and the sockets of those who send to it; on a port of this process's own.
 class Network {
  public:
-  Network() : url_{"239.255.76.67", 10000 + 2 * (::getpid() % 27000), 0}, receiver_(url_) {
+  Network() : url_{"239.255.76.67", 10000 + 2 * (::getpid() % 11000), 0}, receiver_(url_) {
     for (int& socket : senders_) socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   }
   ~Network() {

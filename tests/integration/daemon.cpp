@@ -1,13 +1,17 @@
 // The real daemon as a process, real clients over real multicast on loopback.
 #include "tests/integration/daemon.h"
 
+#include <arpa/inet.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <set>
+
+#include "protocol/transport/lcm_url.h"
 
 namespace cradle {
 
@@ -57,6 +61,21 @@ TEST_CASE("without a multicast route the daemon says what to type") {
   CHECK(finished.exit_code == 69);
   CHECK(line_count(finished.errors) == 1);
   CHECK(finished.errors.find("ip route add 224.0.0.0/4 dev lo") != std::string::npos);
+}
+
+TEST_CASE("where somebody keeps the port for himself the daemon says to choose another") {
+  const auto url = parse_lcm_url(own_url());
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(url->port));
+  REQUIRE(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  const Finished finished = run(serve_arguments(), 10s);
+  ::close(socket);
+  CHECK(finished.exit_code == 69);
+  CHECK(line_count(finished.errors) == 1);
+  CHECK(finished.errors.find("port " + std::to_string(url->port)) != std::string::npos);
+  CHECK(finished.errors.find("choose another") != std::string::npos);
 }
 
 TEST_CASE("a client spawns a body, pushes it, sees it move, and takes it away") {

@@ -38,4 +38,5 @@ build_programs "${options[@]}" -- "${targets[@]}"
 find_network
 # The long tests run when they are asked for.
 [[ " $* " == *" -L"* || " $* " == *" --label-regex"* ]] || set -- -LE '^long$' "$@"
-in_network ctest --test-dir "$build_dir" --output-on-failure -j "$(nproc)" "$@"
+# One more than there are processors: a third of the tests wait for processes and clocks.
+in_network ctest --test-dir "$build_dir" --output-on-failure -j "$(($(nproc) + 1))" "$@"

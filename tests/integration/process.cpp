@@ -121,8 +121,9 @@ Finished run(std::vector<std::string> arguments, std::chrono::milliseconds timeo
 }
 
 std::string own_url() {
-  // Each test case is a process of its own, and its number is nobody else's while it lives. Ports from
-  // 32768 on are what Linux lends to sockets that ask for none, and one of those may be another test's.
+  // Each test case is a process of its own, and its number is nobody else's while it lives. Ports
+  // from 32768 on are what Linux lends to sockets that ask for none, and one of those may be
+  // another test's.
   static const int port = 10000 + 2 * (::getpid() % 11000);
   return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0";
 }

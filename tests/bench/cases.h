@@ -18,7 +18,7 @@ struct Case {
   std::string_view error_kind;
   std::string_view about;
   /// Penetration is looked for at each so-manieth tick and the last: the check of hulls takes
-  /// longer than the tick, and leaves cold caches behind.
+  /// longer than the tick.
   int ticks_a_look = 1;
   /// What happens changes from tick to tick: beside others its time is the mean, else the median.
   bool time_is_mean = false;

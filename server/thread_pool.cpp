@@ -20,7 +20,7 @@ constexpr int kRangesMax = 64;
 /// Threads come one after the other out of a call within less than this; who waits for longer lets
 /// others have the processor, if there are more threads than processors.
 constexpr double kSpin_us = 20;
-/// Ranges of a tick are no farther apart, but those of two ticks are.
+/// Ticks that follow one another at once are no farther apart, but those in real time are.
 constexpr double kAwake_us = 200;
 /// A look at the clock costs as much as a pause.
 constexpr int kPausesALook = 16;
@@ -99,6 +99,11 @@ void ThreadPool::for_ranges(int count, int least, RangeTask task) {
   }
 }
 
+void ThreadPool::begin_shift() {
+  is_shift_.store(true);
+  if (sleepers_.load() > 0) wake_sleepers();
+}
+
 void ThreadPool::take_ranges(Ranges own) noexcept {
   int finished = 0;
   for (Ranges open = open_.load(std::memory_order_relaxed); open != 0;) {
@@ -123,16 +128,18 @@ void ThreadPool::serve(int thread) {
 /// False: there will be none.
 bool ThreadPool::wait_for_work() {
   const auto is_due = [this] { return open_.load() != 0 || is_ending_.load(); };
-  if (!wait_awake(kAwake_us, is_due)) sleep();
+  while (!wait_awake(kAwake_us, is_due)) {
+    if (!is_shift_.load()) sleep();
+  }
   return !is_ending_.load();
 }
 
-/// Whoever opens ranges looks for sleepers afterwards, and this one for ranges after it has said
-/// that it sleeps: one of both sees the other.
+/// Whoever opens ranges, or a shift, looks for sleepers afterwards, and this one for both after it
+/// has said that it sleeps: one of both sees the other.
 void ThreadPool::sleep() {
   std::unique_lock lock(mutex_);
   ++sleepers_;
-  work_.wait(lock, [this] { return open_.load() != 0 || is_ending_.load(); });
+  work_.wait(lock, [this] { return open_.load() != 0 || is_shift_.load() || is_ending_.load(); });
   --sleepers_;
 }
 

@@ -12,10 +12,10 @@
 
 namespace cradle {
 
-/// Threads that wait for work awake for a while after a call, because a tick makes hundreds of
-/// calls of some microseconds; then they sleep. for_ranges() takes part itself, and returns when
-/// all is done; it may be called from one thread at a time, and not from within a task. Tasks must
-/// not throw.
+/// Threads that wait for work awake during a shift and for a while after a call, because a tick
+/// makes hundreds of calls of some microseconds; then they sleep. for_ranges() takes part itself,
+/// and returns when all is done; it may be called from one thread at a time, and not from within a
+/// task. Tasks must not throw.
 class ThreadPool final : public Executor {
  public:
   static constexpr int kThreadsMax = 256;
@@ -27,6 +27,11 @@ class ThreadPool final : public Executor {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   void for_ranges(int count, int least, RangeTask task) override;
+  void begin_shift() override;
+  void end_shift() override { is_shift_ = false; }
+
+  /// How many of its threads do, at this moment.
+  int sleeping() const { return sleepers_; }
 
  private:
   /// A bit a range.
@@ -49,7 +54,7 @@ class ThreadPool final : public Executor {
   alignas(kLine) std::atomic<Ranges> open_ = 0;     // that nobody has taken
   alignas(kLine) std::atomic<int> unfinished_ = 0;  // ranges
   alignas(kLine) std::atomic<int> sleepers_ = 0;
-  std::atomic<bool> is_ending_ = false;
+  std::atomic<bool> is_shift_ = false, is_ending_ = false;
   std::mutex mutex_;  // of those that fall asleep
   std::condition_variable work_;
   int threads_;

@@ -4,7 +4,7 @@
 # Usage: tests/run.sh [--sanitize address,undefined|thread] [--option -DX=Y] [--target NAME]
 #                     [CTEST OPTION...]
 #   tests/run.sh                    all tests but the long ones
-#   tests/run.sh -L unit            those of one folder: unit, physics, peers, wire, integration, replay
+#   tests/run.sh -L unit            those of one folder: unit, physics, steady, peers, wire, integration, bench
 #   tests/run.sh -L long            the long ones: endurance
 #   tests/run.sh -R "eight client"  those whose name matches
 # With --target, which may come several times, that alone is built.

@@ -27,14 +27,13 @@ class BoxGrid {
   /// Slots of boxes too large for the cells, ascending.
   std::span<const std::int32_t> large() const { return large_; }
 
-  /// Rows of cells: a pair of boxes is found from one of them.
-  std::size_t rows() const {
-    return static_cast<std::size_t>(axes_[1].cells) * static_cast<std::size_t>(axes_[2].cells);
-  }
+  /// But for the large ones: a pair of boxes is found from one of them.
+  std::size_t boxes() const { return begins_.back(); }
   /// Calls `visit(slot, slot)` for every pair of boxes that overlap, but for the large ones, found
-  /// from these rows, until it returns false. Returns the cells looked at.
+  /// from these boxes by the order of their cells, until it returns false. Returns the cells looked
+  /// at: those that begin with one of them.
   template <class F>
-  std::int64_t join(std::size_t first_row, std::size_t end_row, F&& visit) const;
+  std::int64_t join(std::size_t first_box, std::size_t end_box, F&& visit) const;
 
   /// Calls `visit(slot, other)` for every box that overlaps this one, of any size, but for the
   /// large ones, until it returns false. Returns the cells looked at.
@@ -215,19 +214,23 @@ std::int64_t BoxGrid::query(const FloatBox& box, std::int32_t slot, F&& visit) c
 }
 
 template <class F>
-std::int64_t BoxGrid::join(std::size_t first_row, std::size_t end_row, F&& visit) const {
+std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit) const {
+  const auto begin = static_cast<std::uint32_t>(first_box),
+             end = static_cast<std::uint32_t>(end_box);
+  const std::size_t ny = axes_[1].size(), nx = axes_[0].size(), cells = begins_.size() - 1;
+  const auto after = std::ranges::upper_bound(begins_, begin) - begins_.begin();
   std::int64_t looked_at = 0;
-  for (std::size_t row = first_row; row < end_row; ++row) {
-    const auto ny = static_cast<std::size_t>(axes_[1].cells);
+  for (std::size_t row = static_cast<std::size_t>(after - 1) / nx;
+       row * nx < cells && begins_[row * nx] < end; ++row) {
     const Rows others =
         rows_after(static_cast<std::int32_t>(row % ny), static_cast<std::int32_t>(row / ny));
-    const std::size_t first = row * axes_[0].size();
     for (std::int32_t x = 0; x < axes_[0].cells; ++x) {
-      const std::uint32_t* const own = begins_.data() + first + x;
-      if (own[0] == own[1]) continue;
-      ++looked_at;
-      Ranges ranges = ranges_from(first, x, others);
-      for (std::uint32_t i = own[0]; i < own[1]; ++i) {
+      const std::uint32_t* const own = begins_.data() + row * nx + x;
+      const std::uint32_t first = std::max(own[0], begin), last = std::min(own[1], end);
+      if (first >= last) continue;
+      looked_at += own[0] >= begin ? 1 : 0;
+      Ranges ranges = ranges_from(row * nx, x, others);
+      for (std::uint32_t i = first; i < last; ++i) {
         const float* const at = bounds_.data() + i;
         const Probe probe(at[0], at[stride_], at[2 * stride_], at[3 * stride_], at[4 * stride_],
                           at[5 * stride_]);

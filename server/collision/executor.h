@@ -30,6 +30,23 @@ class Executor {
   /// Tasks may write only what belongs to their own indices: results do not depend on the split.
   /// Fewer than `least` indices are not worth a thread: a microsecond's work.
   virtual void for_ranges(int count, int least, RangeTask task) = 0;
+
+  /// From here on until `end_shift` work may come at any time: threads that sleep are to get up
+  /// meanwhile, and to stay awake.
+  virtual void begin_shift() {}
+  virtual void end_shift() {}
+};
+
+/// A shift while it lives.
+class Shift {
+ public:
+  explicit Shift(Executor& executor) : executor_(executor) { executor_.begin_shift(); }
+  ~Shift() { executor_.end_shift(); }
+  Shift(const Shift&) = delete;
+  Shift& operator=(const Shift&) = delete;
+
+ private:
+  Executor& executor_;
 };
 
 /// All of it, here and now.

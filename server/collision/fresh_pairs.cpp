@@ -50,7 +50,7 @@ bool FreshPairs::find(const BroadPhaseInput& input, std::size_t most, std::vecto
   };
   report.method = "grid";
   report.nodes_seen +=
-      parts_.find(*input.executor, grid_.rows(), pairs,
+      parts_.find(*input.executor, grid_.boxes(), pairs,
                   [&](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
                     return grid_.join(begin, end, adding_to(found));
                   });

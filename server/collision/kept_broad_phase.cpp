@@ -276,7 +276,7 @@ class KeptBroadPhase final : public BroadPhase {
       return;
     }
     report_.nodes_seen +=
-        parts_.find(executor, grid_.rows(), fresh_,
+        parts_.find(executor, grid_.boxes(), fresh_,
                     [this](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
                       return grid_.join(begin, end, [&](std::int32_t i, std::int32_t j) {
                         const auto [a, b] = std::minmax(i, j);

@@ -60,6 +60,7 @@ struct World::Steps {
 
 /// In one part, or in two.
 StepReport World::step(Executor& executor, StepObserver* observer) {
+  const Shift shift(executor);
   State& s = *state_;
   ++s.tick;
   const double dt = s.dt;

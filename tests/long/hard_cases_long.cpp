@@ -8,7 +8,7 @@ namespace cradle {
 
 TEST_CASE("P29: a pyramid of base 100 stands for 200 steps") {
   // Box3D's large_pyramid: 5050 cubes side by side. They stand, and drift by less than Box3D's
-  // slop, 5 mm: by 0.7 um. It is 13 mm by soft steps alone.
+  // slop, 5 mm: by 2.5 um. It is 0.22 m by soft steps alone.
   constexpr int kBase = 100;
   World world(settings());
   add(world, ground());

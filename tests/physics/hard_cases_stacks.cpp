@@ -138,7 +138,7 @@ TEST_CASE("every contact of a stack sinks in as the law of sag says") {
 }
 
 TEST_CASE("P30: ten cubes carry one of ten and of a hundred times their mass") {
-  // physics.md 3.1: the load of contact i is the weight above it, exactly; no contact sinks in by
+  // The load of contact i is the weight above it, exactly; no contact sinks in by
   // more than 1e-3 m at a ratio of 100. The load is seen in the sag, F / (m omega^2) with the mass
   // that the contact moves (contacts sag as foretold, within 1 %). By default, where they are
   // solved at once, by a ten thousandth of what is allowed.

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-constexpr double kLcpSolved = 1e-8;  // of physics.md, P35
+constexpr double kLcpSolved = 1e-8;  // P35 asks for this
 
 MatrixXd square(int n, std::initializer_list<double> rows) {
   MatrixXd M(n, n);

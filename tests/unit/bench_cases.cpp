@@ -9,7 +9,7 @@ using namespace cradle;
 using namespace cradle::bench;
 
 TEST_CASE("the scenes of the table have the bodies that they should have") {
-  // SCENES.md: dynamic bodies a scene.
+  // Dynamic bodies a scene: as its description says (cradle_bench --list).
   const std::map<std::string, std::size_t> expected{
       {"T1", 10'000},   {"T2", 2000}, {"T3", 465},  {"T4", 100'000}, {"T4m", 1'000'000},
       {"T4p", 100'000}, {"T5", 3000}, {"A1", 1},    {"A2", 1},       {"A3", 1},

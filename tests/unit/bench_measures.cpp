@@ -114,7 +114,7 @@ TEST_CASE("a parabola has no error, that of semi-implicit Euler half a tick of f
     };
   };
   CHECK(error_of("A1", parabola(0)) < kFarBelow);
-  // x_n = v0 t - g t (t + dt) / 2: 0.8175 m after 10 s; engines of that kind have 0.818 (peers.md).
+  // x_n = v0 t - g t (t + dt) / 2: 0.8175 m after 10 s; Bullet and ODE have 0.82.
   CHECK(error_of("A1", parabola(kDt_s)) == Approx(0.8175));
 }
 
@@ -183,7 +183,7 @@ TEST_CASE(
     x += v * kDt_s;
     states[1].p_WBo.x = x;
   };
-  // a dt / v0 = 8.2e-3, as peers.md has of such engines.
+  // a dt / v0 = 8.2e-3, as of engines that step so.
   CHECK(error_of("A4", euler) == Approx(8.2e-3).epsilon(0.01));
 }
 
@@ -246,7 +246,7 @@ TEST_CASE("a pile is as wrong as its mean overlap at the end") {
 TEST_CASE("a cradle sends out as many as came") {
   CHECK(error_of("A9", final_speeds({0, 0, 0, 0, 1})) == 0);
   CHECK(error_of("A9b", final_speeds({0, 0, 0, 1, 1})) == 0);
-  // What Jolt does with one (peers.md), what a simultaneous solve does with two (flight-impact.md).
+  // What Jolt does with one, what a simultaneous solve does with two.
   CHECK(error_of("A9", final_speeds({-.59, .38, .40, .40, .40})) == Approx(0.6));
   CHECK(error_of("A9b", final_speeds({-.2, -.2, .8, .8, .8})) == Approx(0.8));
 }

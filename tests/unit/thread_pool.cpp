@@ -56,6 +56,25 @@ TEST_CASE("the threads of a pool work side by side, also after they have slept")
   }
 }
 
+TEST_CASE("threads get up when a shift begins, stay awake while it lasts, and sleep after it") {
+  ThreadPool pool(3);
+  const auto comes_to = [&](int sleeping) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (pool.sleeping() != sleeping && std::chrono::steady_clock::now() < end) let_fall_asleep();
+    return pool.sleeping() == sleeping;
+  };
+  for (int round = 0; round < 5; ++round) {
+    REQUIRE(comes_to(2));
+    const Shift shift(pool);
+    REQUIRE(comes_to(0));
+    for (int k = 0; k < 5; ++k) {
+      let_fall_asleep();
+      CHECK(pool.sleeping() == 0);
+    }
+    CHECK(covers_all(pool, 100, 1));
+  }
+}
+
 TEST_CASE("what is not worth a thread is done by the caller at once") {
   ThreadPool pool(4);
   int calls = 0;

@@ -157,7 +157,7 @@ struct alignas(64) ContactConstraint {
   /// m/s^2: what its force alone gives.
   double load(const ConstraintPoint& p) const { return p.force * K_normal(p); }
   /// m/s^2: what a preload goes by. Not the force itself: one that is preloaded by what it was a
-  /// tick ago drives what sways ("heaps come to rest").
+  /// tick ago drives what sways ("heaps of cubes come to rest").
   double lasting_load(const ConstraintPoint& p) const {
     return std::min(p.press, kPreloadExcess * p.force * K_normal(p));
   }

@@ -24,7 +24,7 @@ namespace cradle {
 namespace {
 
 /// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
-/// of its acceleration make them: what sinks in at first is not faster ("a tonne on ten cubes").
+/// of its acceleration make them: what sinks in at first is not faster (A8b of the benchmark).
 constexpr double kRestTicks = 2;
 /// It may come to rest while they go no farther in a tick, in the mean, than the speed of one
 /// tick's fall takes them. Half of that, what they fall from rest, is no way of an island that
@@ -32,7 +32,8 @@ constexpr double kRestTicks = 2;
 constexpr double kSlowTicks = 1, kSinkTicks = 0.5;
 
 /// Of an island's contacts that carry, one in so many may do so on some of its points only: of two
-/// blocks in three one then does, and all that was done for points together was in vain ("T2").
+/// blocks in three one then does, and all that was done for points together was in vain (T2 of the
+/// benchmark).
 constexpr int kCarryPerAskew = kBlockLanes;
 /// But for so many of them: the points of a few bodies are solved together in any case.
 constexpr int kFewAskew = 2 * kBlockLanes;

@@ -25,7 +25,7 @@ namespace cradle {
 namespace {
 
 /// Impacts of one ball in a tick, from which on it loses its restitution; and after as many again
-/// it stays where it is for the rest of the tick ("inelastic collapse").
+/// it stays where it is for the rest of the tick (inelastic collapse).
 constexpr int kImpactsMax = 64;
 /// Motion along an obstacle: what rounding leaves across it, of speed and of gravity.
 constexpr double kLevel = 1e-9;

@@ -21,7 +21,7 @@ namespace {
 
 /// Slower approach is none, of the fastest in the set: rounding of a few sums.
 constexpr double kReflectionStill = 1e-12;
-/// Then a round without restitution ends it ("inelastic collapse").
+/// Then a round without restitution ends it (inelastic collapse).
 constexpr int kRoundsMax = 64;
 /// Makes redundant contacts definite, of the largest of the diagonal.
 constexpr double kDefinite = 1e-14;

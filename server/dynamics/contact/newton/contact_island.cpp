@@ -27,7 +27,7 @@ namespace {
 using Block = BlockCholesky::Block;
 
 /// What is cold and this near, and not faster apart, is taken to stick: otherwise those that act
-/// grow by one layer of a stack an iteration ("stack of twenty").
+/// grow by one layer of a stack an iteration ("stacks of ten and twenty cubes").
 constexpr double kNearContact_m = 1e-3;
 constexpr double kSlow_mps = 0.01;
 

@@ -54,7 +54,7 @@ struct HandOverTolerances {
   /// m: new bodies farther apart are to fall first ("what begins to slide or fall").
   double touch_m = 1e-6;
   /// Of the contact tolerance: deeper than its sag is what soft steps are still pushing out, with
-  /// no velocity ("an overlap is pushed out").
+  /// no velocity ("an overlap that is pushed out").
   double excess = 0.25;
   double excess_least = 0.01;  ///< and what is too deep in all, by more than this ("noisy corners")
   int wait_ticks = 10, wait_ticks_max = 320;  ///< after an attempt in vain

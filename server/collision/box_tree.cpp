@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -122,6 +123,7 @@ void BoxTree::refit(std::span<const FloatBox> boxes) {
 void BoxTree::renumber(std::span<const std::int32_t> now) {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     if (slots_[i] < 0) continue;
+    assert(static_cast<std::size_t>(slots_[i]) < now.size());
     slots_[i] = now[static_cast<std::size_t>(slots_[i])];
     if (slots_[i] < 0) remove(static_cast<std::int32_t>(i));
   }

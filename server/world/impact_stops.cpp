@@ -245,8 +245,9 @@ class Stops {
   void give_back(std::size_t i, double most_J, double over) {
     BodyTable& bodies = s_.bodies;
     const double now_J = momentum_of(s_, i).kinetic_J;
+    most_J = std::max(most_J, 0.0);
     if (now_J <= most_J) return;
-    const double by_work = std::sqrt(std::max(most_J, 0.0) / now_J);
+    const double by_work = std::sqrt(most_J / now_J);
     const double speed = bodies.v[i].norm();
     const double given = over * s_.dt * acceleration(i).norm();
     const double share = speed * (1 - by_work) > given ? 1 - given / speed : by_work;

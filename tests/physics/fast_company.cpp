@@ -150,4 +150,29 @@ TEST_CASE("a wall that moves fast takes along what another body has stopped in i
   }
 }
 
+TEST_CASE("what is stopped where it has no speed left has a speed that is a number") {
+  // Balls of the fuzzer at one tick a second: one at rest against a wall is struck from behind.
+  const double radius = 4.625;
+  WorldSettings slow = settings(limits::kRateMin_hz, {5.875, 5.875, 5.875});
+  slow.sub_steps = 4;
+  World world(slow);
+  BodySpec wall = fixed_body(Shape::sphere(radius), {radius, radius, radius});
+  wall.kind = BodyKind::kinematic;
+  add(world, wall);
+  const auto dynamic = [&](double at) {
+    BodySpec spec = thrown_ball(radius, 1000, 0, {at, at, at}, {});
+    spec.mass_kg = radius;
+    spec.material.friction = 0.5;
+    return add(world, spec);
+  };
+  const BodyId resting = dynamic(-6);
+  for (int tick = 0; tick < 44; ++tick) world.step();
+  CHECK(state(world, resting).v_WBcm == Vec3{});
+  dynamic(radius);
+  dynamic(-6);
+  world.step();
+  CHECK(std::isfinite(state(world, resting).v_WBcm.x));
+  CHECK(world.quarantined_count() == 0);
+}
+
 }  // namespace cradle

@@ -54,4 +54,29 @@ TEST_CASE("a spin that is cut is within the limit, also along an axis") {
   CHECK(world.quarantined_count() == 0);
 }
 
+TEST_CASE("a spin that cannot be followed ends in quarantine and in no false attitude") {
+  // At one tick a second the fastest turn by 7 rad a step of the series, which holds for 0.2.
+  WorldSettings slow = weightless();
+  slow.rate_hz = limits::kRateMin_hz;
+  World world(slow);
+  for (int k = 0; k < 60; ++k) {
+    const double spin = limits::kAngularSpeedMax_radps * (k % 20 + 1) / 20;
+    BodySpec spec = brick({0.5, 0.3 + 0.003 * k, 0.1}, {0, 0, 10.0 * k}, {});
+    if (k % 3 == 0) spec.shape = Shape::sphere(0.5);
+    spec.w_WB = {0.6 * spin, -0.7 * spin, 0.5 * spin};
+    add(world, spec);
+  }
+  std::vector<BodyState> bodies;
+  for (int tick = 0; tick < 5; ++tick) {
+    world.step();
+    world.snapshot(bodies);
+    for (const BodyState& body : bodies) {
+      const Quat& q = body.q_WB;
+      CHECK(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z == Approx(1).margin(2e-9).epsilon(0));
+    }
+  }
+  CHECK(world.quarantined_count() > 0);
+  CHECK(world.quarantined_count() < 40);  // a ball's attitude is known at any spin
+}
+
 }  // namespace cradle

@@ -138,6 +138,20 @@ TEST_CASE(
   CHECK(most > 100);  // else the scene tests nothing
 }
 
+TEST_CASE("bodies that come and go where none has a usable box leave nothing behind") {
+  const auto broad_phase = each_broad_phase();
+  BoxesAndPlanes scene(20);
+  REQUIRE(replaced_pairs_of(*broad_phase, scene.input()) == scene.brute_force());
+  scene.boxes.assign(1, {});
+  scene.moves.assign(1, 1);
+  scene.planes.clear();
+  for (const std::int64_t id : {100, 200, 300}) {
+    BroadPhaseInput input = scene.input(true);
+    input.ids = std::span(&id, 1);
+    CHECK(replaced_pairs_of(*broad_phase, input).empty());
+  }
+}
+
 TEST_CASE("the pairs do not depend on earlier calls") {
   BoxesAndPlanes scene(100);
   const auto old = each_broad_phase();

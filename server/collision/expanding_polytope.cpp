@@ -113,6 +113,7 @@ bool ExpandingPolytope::expand(int f, const Difference& corner) {
   // By component: to read them at once would mean to wait until they have been written.
   corners_[top].w = Vector(corner.w.x(), corner.w.y(), corner.w.z());
   corners_[top].a = corner.a;
+  corners_[top].name = corner.name;
   // Faces that the corner is level with go too, else a flat one may take their place.
   const double level = kLevel * corner.w.cwiseAbs().maxCoeff();
   const std::size_t first = face_count_;

@@ -148,7 +148,8 @@ class BodyLedger {
   /// Its centre of mass, which the world moves, may not be its origin.
   static bool has_offset(const BodySpec& spec) {
     return spec.kind == BodyKind::dynamic &&
-           (spec.shape.kind == ShapeKind::cone || spec.sets_centre_of_mass);
+           (spec.shape.kind == ShapeKind::cone || spec.shape.kind == ShapeKind::polygon ||
+            is_stored(spec.shape.kind) || spec.sets_centre_of_mass);
   }
   /// Up to the rounding of an origin and a centre that are kSizeMax_m apart.
   static bool is_near(const Vec3& a, const Vec3& b) {

@@ -6,7 +6,7 @@
 # Usage: tests/fuzz/run.sh [--seconds 60] [--keep] [TARGET...]
 #   --seconds N   for each target
 #   --keep        replaces the kept corpus by the smallest one that reaches as much, and its seeds
-#   TARGET        receiver, decoders, commands, client or geometry; all without
+#   TARGET        receiver, decoders, commands, worlds, client or geometry; all without
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -21,7 +21,7 @@ while (($# > 0)); do
     *) targets+=("$1") && shift ;;
   esac
 done
-((${#targets[@]} > 0)) || targets=(commands geometry client receiver decoders)
+((${#targets[@]} > 0)) || targets=(commands worlds geometry client receiver decoders)
 export CRADLE_BUILD=${CRADLE_BUILD:-$root/build-fuzz}
 source "$root/server/network.sh"
 corpus=$root/tests/fuzz/corpus

@@ -292,6 +292,7 @@ int main(int count, char** arguments) {
   cradle::fuzz::write_receiver(seeds);
   cradle::fuzz::write_commands(seeds);
   cradle::fuzz::write_random(seeds, "commands");
+  cradle::fuzz::write_random(seeds, "worlds");
   cradle::fuzz::write_random(seeds, "client");
   cradle::fuzz::write_geometry(seeds);
   cradle::fuzz::write_random(seeds, "geometry");

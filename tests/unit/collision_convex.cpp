@@ -1,4 +1,5 @@
 // What manifolds of capsules, cylinders, cones, ellipsoids and hulls look like.
+#include "server/collision/expanding_polytope.h"
 #include "tests/unit/collision_pairs.h"
 #include "tests/unit/made_in_order.h"
 
@@ -368,4 +369,24 @@ TEST_CASE("hulls have the same manifolds alone and in company") {
     if (in_order.made[k].count > 0) in_order.made[k].lead = alone[k].lead;
   }
   CHECK(std::ranges::equal(in_order.made, alone, are_the_same));
+}
+
+TEST_CASE("a corner that a polytope grows by keeps its name") {
+  const auto named = [](const Vector& w, std::uint16_t name) {
+    return Difference{w, Vector::Zero(), name};
+  };
+  ExpandingPolytope polytope;
+  REQUIRE(polytope.begin(
+      {named({-1, -1, -1}, 1), named({1, -1, -1}, 2), named({0, 1, -1}, 3), named({0, 0, 1}, 4)}));
+  const int nearest = polytope.nearest(kInfinity);
+  const Vector top = 3 * polytope.face(nearest).n;
+  REQUIRE(polytope.expand(nearest, named(top, 5)));
+  int found = 0;
+  for (int face = 4; face < 7; ++face) {  // the new ones
+    for (const Difference& corner : polytope.corners_of(face)) {
+      CHECK((corner.w == top) == (corner.name == 5));
+      found += corner.w == top ? 1 : 0;
+    }
+  }
+  CHECK(found == 3);
 }

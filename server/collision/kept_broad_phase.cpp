@@ -382,7 +382,8 @@ class KeptBroadPhase final : public BroadPhase {
     resize(0);
     ids_.clear();
     room_pairs_.clear();
-    old_ = {};  // trees, too: no renewal follows where no box is usable
+    old_.clear();
+    old_.build({}, curve_);  // no renewal follows where no box is usable
     young_.clear();
     young_changed_ = true;
     housed_ = 0;

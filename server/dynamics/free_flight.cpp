@@ -14,7 +14,7 @@ namespace cradle {
 namespace {
 
 // About 1.5 ms a body. Reached only at rates below 50 Hz, at the fastest spin allowed; where it
-// leaves steps of more than about 1.2 rad (spins of 3e4 rad/s at 1 Hz) a body is quarantined.
+// leaves steps of more than about 1.2 rad (spins of 3e4 rad/s at 1 Hz) most bodies are quarantined.
 constexpr double kFlightStepsMax = 25'000;
 
 const FlightKernels& flight_kernels_of(int lanes) {

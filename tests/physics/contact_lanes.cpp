@@ -60,9 +60,13 @@ struct Tangle {
     for (int k = 0; k < contacts; ++k) add_contact(bodies, points);
   }
 
-  BodyLines lines() {
+  /// `domains`: of `moving`; as ContactTick has them.
+  BodyLines lines(std::span<const std::int32_t> domains = {}, std::size_t count = 1) {
     BodyLines lines;
-    lines.begin(tick(), arrays(), inverse_inertia_W);
+    ContactTick now = tick();
+    now.domains = domains;
+    now.domains_count = count;
+    lines.begin(now, arrays(), inverse_inertia_W);
     lines.integrate_velocities(kStep.h, 3);
     return lines;
   }
@@ -394,12 +398,85 @@ TEST_CASE("manifolds in one block share no body that yields") {
   for (const int times : seen) CHECK(times == 1);
 }
 
+TEST_CASE("tasks of one level share no body that yields, and those of domains come first") {
+  constexpr int kBodies = 90, kDomains = 5;
+  Tangle tangle(kBodies, 600, 2, 4);
+  std::vector<std::int32_t> domains;
+  for (std::size_t k = 0; k < tangle.moving.size(); ++k) {
+    domains.push_back(static_cast<std::int32_t>(k * kDomains / tangle.moving.size()));
+  }
+  const BodyLines bodies = tangle.lines(domains, kDomains);
+  ContactBlocks blocks;
+  std::vector<ContactConstraint*> all;
+  for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
+  pack(blocks, all, bodies);
+  const TaskTree& tree = bodies.tasks();
+  REQUIRE(tree.levels() == 4);
+  std::int32_t last = 0;
+  std::size_t seen = 0, between = 0;
+  for (std::size_t level = 0; level < tree.levels(); ++level) {
+    std::vector<std::int32_t> task_of_line(bodies.moving(), -1);
+    for (const BlockRun& run : blocks.runs()) {
+      if (run.task < tree.begin(level) || run.task >= tree.end(level)) continue;
+      CHECK(run.task >= last);
+      last = run.task;
+      for (const ContactBlock& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
+        for (int lane = 0; lane < kBlockLanes; ++lane) {
+          if (block.source[lane] < 0) continue;
+          ++seen;
+          between += level > 0 ? 1 : 0;
+          for (const std::int32_t line : {block.a[lane], block.b[lane]}) {
+            if (!bodies.yields(line)) continue;
+            std::int32_t& task = task_of_line[static_cast<std::size_t>(line)];
+            CHECK((task < 0 || task == run.task));
+            task = run.task;
+          }
+        }
+      }
+    }
+  }
+  CHECK(seen == tangle.constraints.size());
+  CHECK(between > 100);
+}
+
+TEST_CASE("a contact does the same to the bit alone, and in a block with contacts of other kinds") {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    // In pairs, so that all are of one colour; some of balls, some that all carry or none.
+    const int pairs = 20 + static_cast<int>(seed);
+    Tangle tangle(2 * pairs + 2, 0, 0, seed);
+    for (std::int32_t k = 0; k < pairs; ++k) {
+      if (k % 3 != 0) tangle.make_round(2 * k), tangle.make_round(2 * k + 1);
+      tangle.add_contact_of(2 * k, 2 * k + 1, 1 + (k / 3) % 4);
+      ContactConstraint& c = tangle.constraints.back();
+      for (ConstraintPoint& p : c.used()) c.impulse(p).lambda *= k % 5 == 0 ? 0 : 1;
+      if (k % 2 == 0 && c.count > 1) c.impulse(c.points[0]).lambda = 0;
+    }
+    const Tangle before = tangle;
+    BodyLines together = tangle.lines();
+    advance(tangle.constraints, together, contact_kernels_of(0));
+    for (std::size_t k = 0; k < tangle.constraints.size(); ++k) {
+      Tangle alone = before;
+      ContactConstraint& c = alone.constraints[k];
+      BodyLines by_itself = alone.lines();
+      advance(std::span(&c, 1), by_itself, contact_kernels_of(0));
+      for (const std::int32_t slot : {c.a, c.b}) {
+        CAPTURE(seed, slot);
+        const std::int32_t line = together.line(slot);
+        CHECK(together.v(line) == by_itself.v(line));
+        CHECK(together.w(line) == by_itself.w(line));
+      }
+    }
+  }
+}
+
 TEST_CASE("a body with more contacts than there are colours has them one after another") {
   std::vector<ColouredPair> pairs;
   for (std::int32_t k = 0; k < 80; ++k) pairs.push_back({0, k + 1});
   pairs.push_back({7, 99});
   Colouring colouring;
-  const auto colours = colouring.of(pairs, 100);
+  std::vector<std::uint8_t> colours(pairs.size());
+  colouring.begin(100);
+  CHECK(colouring.colour(pairs, colours) == kColours + 1);
   for (int k = 0; k < 80; ++k) {
     CHECK(colours[static_cast<std::size_t>(k)] == std::min(k, kColours));
   }

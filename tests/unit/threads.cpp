@@ -20,7 +20,7 @@ struct Crowd {
 };
 constexpr Crowd kCrowds[] = {
     {"bench_gas", "soft", 20, false},            // balls that bounce, each at its time
-    {"bench_pile", "soft", 110, false},          // islands of many kinds, then one of all
+    {"bench_pile", "soft", 130, false},          // islands of many kinds, then one in domains
     {"bench_pyramid", "soft", 40, false},        // one island at rest
     {"bench_pyramid", "hybrid", 30, false},      // which another method takes over
     {"bench_pyramid", "newton", 3, false},       //

@@ -16,11 +16,12 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   islands_ = tick.islands;
   islands_count_ = tick.islands_count;
   heaps_ = tick.heaps;
+  domains_ = tick.domains;
+  tasks_ = TaskTree(tick.domains_count);
   moving_ = static_cast<std::int32_t>(tick.moving.size());
   driven_ = static_cast<std::int32_t>(tick.driven.size());
   const std::int32_t still = moving_ + driven_;
   line_of_slot_.assign(bodies.x.size(), still);
-  wastes_ = moving_ / kBlockLanes + kBlockKinds;
   make_room();
   const auto enter = [&](std::int32_t line, std::int32_t slot) {
     const auto i = static_cast<std::size_t>(slot);
@@ -58,7 +59,7 @@ void BodyLines::make_room() {
   const auto grow = [](auto& all, std::size_t size) {
     if (all.size() < size) all.resize(size);
   };
-  lines_ = static_cast<std::size_t>(moving_ + driven_ + 1 + wastes_);
+  lines_ = static_cast<std::size_t>(moving_ + driven_ + 1) + tasks_.tasks();
   const auto clear_still = [&](auto& all) {
     grow(all, lines_);
     std::fill(all.begin() + moving_, all.begin() + static_cast<std::ptrdiff_t>(lines_),

@@ -21,6 +21,7 @@
 #include "server/dynamics/contact/contact_balance.h"
 #include "server/dynamics/contact/contact_block.h"
 #include "server/dynamics/contact/contact_solver.h"
+#include "server/dynamics/contact/domains.h"
 
 namespace cradle {
 
@@ -86,6 +87,13 @@ class BodyLines {
   bool is_in_heap(std::int32_t a, std::int32_t b) const {
     return !heaps_.empty() && heaps_[island_of(a, b)] != 0;
   }
+  const TaskTree& tasks() const { return tasks_; }
+  /// Of a contact.
+  std::int32_t task_of(std::int32_t a, std::int32_t b) const {
+    if (domains_.empty()) return 0;
+    const std::int32_t of_a = at(domains_, yields(a) ? a : b);
+    return tasks_.of(of_a, yields(b) ? at(domains_, b) : of_a);
+  }
   /// With the mean velocity of the sub-step where it is smooth: without an impact. But of what
   /// rests among others with the last: springs between bodies, and the mean, feed what sways.
   void integrate_positions(double h, double smooth_factor);
@@ -103,11 +111,9 @@ class BodyLines {
   bool yields(std::int32_t line) const { return line < moving_; }
   /// Stands for no body.
   std::int32_t nobody() const { return moving_ + driven_; }
-  /// Where nothing is read: written for bodies that do not yield. One a block, for blocks that are
-  /// solved side by side: these are fewer.
-  std::int32_t waste(std::size_t block) const {
-    return moving_ + driven_ + 1 + static_cast<std::int32_t>(block) % wastes_;
-  }
+  /// Where nothing is read: written for bodies that do not yield. One for each of those who work
+  /// side by side.
+  std::int32_t waste(std::int32_t task) const { return moving_ + driven_ + 1 + task; }
   std::size_t lines() const { return lines_; }
   std::size_t moving() const { return static_cast<std::size_t>(moving_); }
   /// Those of both that yield turn with one number instead of a matrix; in a planar world they do
@@ -223,7 +229,7 @@ class BodyLines {
 
   BodyArrays bodies_;
   Executor* executor_ = &serial_executor;
-  std::int32_t moving_ = 0, driven_ = 0, wastes_ = 1;
+  std::int32_t moving_ = 0, driven_ = 0;
   std::size_t lines_ = 0;  // of velocities_, motions_ and struck_, which may have room for more
   std::vector<std::int32_t> line_of_slot_;
   std::vector<State> states_;
@@ -238,7 +244,9 @@ class BodyLines {
   std::vector<std::int32_t> tumbling_, twisted_;                                  // lines
   std::span<const std::int32_t> islands_;  // by line; or empty
   std::size_t islands_count_ = 1;
-  std::span<const std::uint8_t> heaps_;  // by island; or empty
+  std::span<const std::uint8_t> heaps_;    // by island; or empty
+  std::span<const std::int32_t> domains_;  // by line; or empty
+  TaskTree tasks_;
   struct Debt {
     bool bounces = true, is_held = false, is_driven = false, is_along = false;
     double sum_J = 0, kinetic_J = 0, along_J = 0, mass = 0, share = 1;

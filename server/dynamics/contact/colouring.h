@@ -1,6 +1,7 @@
 /// Which contacts can be solved side by side: those of one colour share no body that yields.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,11 +20,16 @@ inline constexpr int kColours = 64;
 /// get the same colours whatever other groups there are.
 class Colouring {
  public:
-  std::span<const std::uint8_t> of(std::span<const ColouredPair> pairs, std::size_t bodies);
+  /// Room for so many bodies.
+  void begin(std::size_t bodies) {
+    if (used_.size() < bodies) used_.resize(bodies);
+  }
+  /// Into `colours`, one a pair. Returns how many colours there are. Pairs that share no body with
+  /// these may be coloured meanwhile.
+  int colour(std::span<const ColouredPair> pairs, std::span<std::uint8_t> colours);
 
  private:
   std::vector<std::uint64_t> used_;  // by body: a bit a colour
-  std::vector<std::uint8_t> colours_;
 };
 
 }  // namespace cradle

@@ -95,6 +95,7 @@ struct BlockRun {
   std::int32_t points;
   bool joint;
   bool is_round;
+  std::int32_t task;  ///< no other run of this one is solved at the same time
 };
 
 /// Residuals of points, by lane, as contact_balance.h says: largest, and sums of squares.

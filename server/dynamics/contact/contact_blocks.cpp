@@ -10,35 +10,6 @@
 namespace cradle {
 namespace {
 
-/// What a block's manifolds have in common.
-struct Kind {
-  int points;
-  bool joint, is_round;
-};
-constexpr Kind kKinds[] = {
-    {1, false, true},  {2, false, true},  {4, false, true},  {2, true, true},  {4, true, true},
-    {1, false, false}, {2, false, false}, {4, false, false}, {2, true, false}, {4, true, false}};
-constexpr std::int32_t kRoundKinds = 5;
-constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
-constexpr std::int32_t kGroupsAColour = kBlockKinds;
-static_assert(std::size(kKinds) == kBlockKinds);
-
-/// Of no colour.
-bool is_serial(std::int32_t group) { return group >= kGroupsAColour * kColours; }
-
-/// Points that all carried last tick, or are all new, are likely to carry together: they are solved
-/// at once, which also keeps a symmetric stack symmetric. Not in a heap.
-std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap, bool are_round) {
-  const std::int32_t first = are_round ? 0 : kRoundKinds;
-  if (c.count == 1) return first;
-  const bool joint = !is_in_heap && (c.carrying == 0 || c.carrying == c.count);
-  return first + (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
-}
-
-/// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
-/// take half the time.
-bool is_idle(const ContactConstraint& c) { return (c.carrying == 0) & !c.is_met; }
-
 constexpr int kLine = 8;  // numbers
 
 /// Of the constraint that a block's lane reads, the number at this place of this line.
@@ -90,115 +61,22 @@ void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
 
 }  // namespace
 
-/// Of each by itself, what the others are not asked for.
-void ContactBlocks::look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
-                                const BodyLines& bodies) {
-  const auto body = [&](std::int32_t slot) {
-    const std::int32_t line = bodies.line(slot);
-    return bodies.yields(line) ? line : -1;
-  };
-  const auto kind = [&](const ContactConstraint& c) {
-    const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
-    return kind_of(c, bodies.is_in_heap(a, b), bodies.are_round(a, b));
-  };
-  looks_.resize(constraints.size());
-  for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
-    expect_next(constraints, k);
-    const ContactConstraint& c = *constraints[k];
-    looks_[k] = {{body(c.a), body(c.b)}, kind(c), is_idle(c), c.is_ahead, c.turns_heavily()};
-  });
-}
-
-void ContactBlocks::count_groups(std::span<ContactConstraint* const> constraints,
-                                 const BodyLines& bodies) {
-  pairs_.clear();
-  sources_.clear();
-  heavy_.clear();
-  groups_.clear();
-  is_idle_.clear();
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    const Look& look = looks_[k];
-    if (look.is_ahead) continue;
-    if (look.turns_heavily) heavy_.push_back(sources_.size());
-    sources_.push_back(constraints[k]);
-    pairs_.push_back(look.bodies);
-    groups_.push_back(look.kind);
-    is_idle_.push_back(look.is_idle ? 1 : 0);
-  }
-  const std::span<const std::uint8_t> colours = colouring_.of(pairs_, bodies.moving());
-  counts_.assign(kGroupsAColour * (kColours + 1), 0);
-  busy_.assign(counts_.size(), 0);
-  for (std::size_t k = 0; k < sources_.size(); ++k) {
-    groups_[k] += kGroupsAColour * colours[k];
-    if (is_serial(groups_[k])) is_idle_[k] = 0;  // with a block each
-    ++counts_[index(groups_[k])];
-    busy_[index(groups_[k])] += 1 - is_idle_[k];
-  }
-}
-
-/// Room for all; from here on `busy_` and `counts_` hold where a group's next one goes: the idle
-/// ones after the others.
-void ContactBlocks::make_runs(const BodyLines& bodies) {
-  const auto blocks_of = [&](std::size_t group) {
-    const std::int32_t lanes = is_serial(static_cast<std::int32_t>(group)) ? 1 : kBlockLanes;
-    return (counts_[group] + lanes - 1) / lanes;
-  };
-  used_ = 0;
-  for (std::size_t group = 0; group < counts_.size(); ++group) used_ += index(blocks_of(group));
+void ContactBlocks::make_runs() {
+  used_ = plan_.blocks();
   if (blocks_.size() < used_) blocks_.resize(used_);
-
   runs_.clear();
-  colours_.clear();
-  std::int32_t next = 0;
-  for (std::size_t group = 0; group < counts_.size(); ++group) {
-    if (group % kGroupsAColour == 0 && (colours_.empty() || colours_.back().runs > 0)) {
-      colours_.push_back({});
-    }
-    if (counts_[group] == 0) continue;
-    const bool all = is_serial(static_cast<std::int32_t>(group));
-    if (colours_.back().runs == 0) colours_.back() = {runs_.size(), 0, 0, all};
-    const std::span blocks(blocks_.data() + next, index(blocks_of(group)));
-    // Else the last one alone has lanes without a manifold.
-    for (ContactBlock& block : all ? blocks : blocks.last(1)) {
-      clear(block, bodies.nobody(),
-            bodies.waste(static_cast<std::size_t>(&block - blocks_.data())));
-    }
-    const Kind kind = kKinds[group % kGroupsAColour];
-    const auto count = static_cast<std::int32_t>(blocks.size());
-    runs_.push_back({blocks.data(), count, kind.points, kind.joint, kind.is_round});
-    ++colours_.back().runs;
-    colours_.back().blocks += count;
-    counts_[group] = next * kBlockLanes + busy_[group];
-    busy_[group] = next * kBlockLanes;
-    next += count;
+  for (const PlannedRun& run : plan_.runs()) {
+    runs_.push_back({blocks_.data() + run.first, run.count, run.kind.points, run.kind.joint,
+                     run.kind.is_round, run.task});
   }
-}
-
-/// Who goes where.
-void ContactBlocks::place() {
-  places_.resize(sources_.size());
-  for (std::size_t k = 0; k < sources_.size(); ++k) {
-    std::int32_t& next = (is_idle_[k] != 0 ? counts_ : busy_)[index(groups_[k])];
-    places_[k] = next;
-    blocks_[index(next / kBlockLanes)].source[next % kBlockLanes] = static_cast<std::int32_t>(k);
-    next += is_serial(groups_[k]) ? kBlockLanes : 1;
-  }
-}
-
-void ContactBlocks::find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
-                                const BodyLines& bodies) {
-  look_at_all(executor, constraints, bodies);
-  count_groups(constraints, bodies);
-  make_runs(bodies);
-  place();
 }
 
 /// Fetches what filling will read: constraints lie anywhere, and to wait for them takes longer than
 /// all else that it does.
-void ContactBlocks::expect(const ContactBlock& block, int points) const {
-  for (const std::int32_t source : block.source) {
+void ContactBlocks::expect(std::size_t block, int points) const {
+  for (const std::int32_t source : plan_.lanes(block)) {
     if (source < 0) continue;
-    const ContactConstraint& c = *sources_[index(source)];
+    const ContactConstraint& c = *plan_.sources()[index(source)];
     fetch(&c, at(Lines::kPoints + points * kLine, 0));
   }
 }
@@ -212,12 +90,15 @@ void ContactBlocks::expect_results(const ContactBlock& block, int points) {
 /// Block by block, not constraint by constraint: these are smaller, and less is written elsewhere.
 void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
                          const BodyLines& bodies, double h) {
-  const std::int32_t waste = bodies.waste(static_cast<std::size_t>(&block - blocks_.data()));
+  const std::int32_t waste = bodies.waste(run.task);
+  const std::span<const std::int32_t> sources = plan_.lanes(number_of(block));
+  if (std::ranges::find(sources, -1) != sources.end()) clear(block, bodies.nobody(), waste);
+  std::ranges::copy(sources, block.source);
   alignas(64) Row rest_loads[kBlockPoints];
   bool has_rested = false;
   for (int lane = 0; lane < kBlockLanes; ++lane) {
     if (block.source[lane] < 0) continue;
-    ContactConstraint& c = *sources_[index(block.source[lane])];
+    ContactConstraint& c = *plan_.sources()[index(block.source[lane])];
     block.lines[lane] = c.n.data();
     const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
     block.a[lane] = a;
@@ -236,16 +117,18 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
 
 void ContactBlocks::note_places(const BodyLines& bodies) {
   turning_.clear();
-  for (const std::size_t k : heavy_) {
-    ContactBlock& block = blocks_[index(places_[k] / kBlockLanes)];
-    turning_.push_back({sources_[k], &block, places_[k] % kBlockLanes});
+  const std::span<const std::int32_t> places = plan_.places();
+  for (const std::int32_t k : plan_.heavy()) {
+    const std::int32_t place = places[index(k)];
+    turning_.push_back(
+        {plan_.sources()[index(k)], &blocks_[index(place / kBlockLanes)], place % kBlockLanes});
   }
   driven_.clear();
   if (!bodies.has_driven()) return;
-  for (std::size_t k = 0; k < sources_.size(); ++k) {
-    if (pairs_[k].a >= 0 && pairs_[k].b >= 0) continue;
-    const std::int32_t place = places_[k];
-    note_driven(index(place / kBlockLanes), place % kBlockLanes, *sources_[k], bodies);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (plan_.pairs()[k].a >= 0 && plan_.pairs()[k].b >= 0) continue;
+    note_driven(index(places[k] / kBlockLanes), places[k] % kBlockLanes, *plan_.sources()[k],
+                bodies);
   }
 }
 

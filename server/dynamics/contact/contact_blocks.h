@@ -7,8 +7,8 @@
 
 #include "server/collision/executor.h"
 #include "server/collision/large_array.h"
+#include "server/dynamics/contact/block_plan.h"
 #include "server/dynamics/contact/body_lines.h"
-#include "server/dynamics/contact/colouring.h"
 #include "server/dynamics/contact/contact_block.h"
 #include "server/dynamics/contact/contact_constraint.h"
 
@@ -22,7 +22,7 @@ struct PlacedContact {
 };
 
 inline BlockRun part_of(const BlockRun& run, ContactBlock* blocks, std::int32_t count) {
-  return {blocks, count, run.points, run.joint, run.is_round};
+  return {blocks, count, run.points, run.joint, run.is_round, run.task};
 }
 
 class ContactBlocks {
@@ -34,10 +34,11 @@ class ContactBlocks {
   void pack(Executor& executor, const ContactKernels& kernels,
             std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h,
             const F& filled) {
-    find_places(executor, constraints, bodies);
+    plan_.make(executor, constraints, bodies);
+    make_runs();
     in_any_order(executor, [&](const BlockRun& run) {
       for (ContactBlock& block : blocks_of(run)) {
-        if (&block + 1 < run.blocks + run.count) expect(*(&block + 1), run.points);
+        if (&block + 1 < run.blocks + run.count) expect(number_of(block) + 1, run.points);
         fill(block, run, kernels, bodies, h);
         filled(part_of(run, &block, 1));
       }
@@ -75,22 +76,19 @@ class ContactBlocks {
     return most;
   }
 
-  /// Calls `f(run)` with parts of all runs: colour after colour, those of one colour side by side.
+  /// Calls `f(run)` for all runs: those of a task one after another, tasks of a level side by side.
   template <class F>
   void in_order(Executor& executor, const F& f) const {
-    for (const Colour& colour : colours_) {
-      const std::span runs = std::span(runs_).subspan(colour.first, colour.runs);
-      if (colour.is_serial) {
-        std::ranges::for_each(runs, f);
-      } else {
-        side_by_side(executor, runs, colour.blocks, f);
-      }
+    for (const TaskLevel& level : plan_.levels()) {
+      for_each_index(
+          executor, static_cast<std::size_t>(level.end - level.begin), 1,
+          [&](std::size_t k) { do_task(level.begin + static_cast<std::int32_t>(k), f); });
     }
   }
-  /// Likewise, in any order.
+  /// Calls `f(run)` with parts of all runs, in any order.
   template <class F>
   void in_any_order(Executor& executor, const F& f) const {
-    side_by_side(executor, runs_, static_cast<int>(used_), f);
+    in_parts(executor, [&f](std::size_t, const BlockRun& run) { f(run); });
   }
   /// Of those that are packed; until the next ones are.
   std::span<const PlacedContact> turning() const { return turning_; }
@@ -102,13 +100,16 @@ class ContactBlocks {
   void in_parts(Executor& executor, const F& f) const {
     for_chunks(
         executor, used_, kBlocksAPart, [&](std::size_t part, std::size_t begin, std::size_t end) {
-          for (const BlockRun& run : runs_) {
-            const auto start = static_cast<std::size_t>(run.blocks - blocks_.data());
+          const auto ends_before = [&](const BlockRun& run) {
+            return number_of(*run.blocks) + static_cast<std::size_t>(run.count) <= begin;
+          };
+          auto run = std::ranges::partition_point(runs_, ends_before);
+          for (; run != runs_.end() && number_of(*run->blocks) < end; ++run) {
+            const std::size_t start = number_of(*run->blocks);
             const std::size_t first = std::max(begin, start);
-            const std::size_t last = std::min(end, start + static_cast<std::size_t>(run.count));
-            if (first >= last) continue;
-            f(part,
-              part_of(run, run.blocks + (first - start), static_cast<std::int32_t>(last - first)));
+            const std::size_t last = std::min(end, start + static_cast<std::size_t>(run->count));
+            f(part, part_of(*run, run->blocks + (first - start),
+                            static_cast<std::int32_t>(last - first)));
           }
         });
   }
@@ -123,70 +124,33 @@ class ContactBlocks {
     Vector arm, n;  // m, at the tick's start
   };
 
-  /// Runs of blocks of which no two move the same body; unless they are those of no colour.
-  struct Colour {
-    std::size_t first, runs;
-    int blocks;
-    bool is_serial;
-  };
   static constexpr std::size_t kBlocksAPart = 32;
-  static constexpr int kBlocksWorthAThread = 8;  // of up to a tenth of a microsecond each
 
   static std::span<ContactBlock> blocks_of(const BlockRun& run) {
     return {run.blocks, static_cast<std::size_t>(run.count)};
   }
 
-  /// A part of the indices is that part of each run: then a thread that has the same part of each
-  /// colour has contacts of the same bodies.
+  std::size_t number_of(const ContactBlock& block) const {
+    return static_cast<std::size_t>(&block - blocks_.data());
+  }
   template <class F>
-  static void side_by_side(Executor& executor, std::span<const BlockRun> runs, int blocks,
-                           const F& f) {
-    executor.for_ranges(blocks, kBlocksWorthAThread, [&](int begin, int end) {
-      if (end - begin == blocks) return std::ranges::for_each(runs, f), void();
-      for (const BlockRun& run : runs) {
-        const auto at = [&](std::int64_t k) {
-          return static_cast<std::int32_t>(k * run.count / blocks);
-        };
-        const std::int32_t first = at(begin), count = at(end) - first;
-        if (count > 0) f(part_of(run, run.blocks + first, count));
-      }
-    });
+  void do_task(std::int32_t task, const F& f) const {
+    for (std::size_t k = plan_.first_run(task); k < plan_.end_run(task); ++k) f(runs_[k]);
   }
 
-  /// What there is to know of a constraint before it is placed.
-  struct Look {
-    ColouredPair bodies;
-    std::int32_t kind;
-    bool is_idle, is_ahead, turns_heavily;
-  };
-  void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
-                   const BodyLines& bodies);
-  void count_groups(std::span<ContactConstraint* const> constraints, const BodyLines& bodies);
-  void find_places(Executor& executor, std::span<ContactConstraint* const> constraints,
-                   const BodyLines& bodies);
-  void expect(const ContactBlock& block, int points) const;
+  void make_runs();
+  void expect(std::size_t block, int points) const;
   static void expect_results(const ContactBlock& block, int points);
   void fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
             const BodyLines& bodies, double h);
   void note_places(const BodyLines& bodies);
   void note_driven(std::size_t block, int lane, const ContactConstraint& c,
                    const BodyLines& bodies);
-  void make_runs(const BodyLines& bodies);
-  void place();
 
-  Colouring colouring_;
-  std::vector<Look> looks_;  // of all constraints
-  std::vector<ColouredPair> pairs_;
-  std::vector<ContactConstraint*> sources_;  // the constraints of `pairs_`
-  std::vector<std::size_t> heavy_;           // which of them roll or turn with friction
-  std::vector<std::int32_t> places_;         // where each is: its block times lanes, plus its lane
-  std::vector<std::int32_t> groups_;  // and where they belong: by colour, then number of points
-  std::vector<std::uint8_t> is_idle_;
-  std::vector<std::int32_t> counts_, busy_;  // of each group: all, and those that are not idle
-  LargeArray<ContactBlock> blocks_;          // the first `used_` of them
+  BlockPlan plan_;
+  LargeArray<ContactBlock> blocks_;  // the first `used_` of them
   std::size_t used_ = 0;
-  std::vector<BlockRun> runs_;
-  std::vector<Colour> colours_;
+  std::vector<BlockRun> runs_;  // those of the plan
   std::vector<PlacedContact> turning_;
   std::vector<Driven> driven_;
   struct Sags {

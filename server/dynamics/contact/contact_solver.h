@@ -31,6 +31,9 @@ struct ContactTick {
   std::span<const std::uint8_t> heaps = {};
   /// Of `moving`, in their order: 1 if it lies among others and none moves much. Empty: none does.
   std::span<const std::uint8_t> resting = {};
+  /// Likewise: its domain (domains.h), ascending. Empty: there is one.
+  std::span<const std::int32_t> domains = {};
+  std::size_t domains_count = 1;
   std::span<const std::int32_t> stirred = {};  ///< slots of bodies whose loads have just changed
   Executor* executor = &serial_executor;       ///< where work goes that may be done side by side
 };

@@ -16,6 +16,7 @@
 
 #include "server/collision/index.h"
 #include "server/dynamics/contact/demands.h"
+#include "server/dynamics/contact/domains.h"
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/soft_batch.h"
 #include "server/dynamics/contact/softness.h"
@@ -331,6 +332,7 @@ class SoftStep final : public SoftSolver {
     if (batch.past == Past::rests) {
       sag_m = sag_at_rest(chosen, give);
     } else {
+      divide(batch, tick, arrays);
       set_gaps(*tick.executor, chosen, give);
       batch_.advance(tick, arrays, inverse_inertia_W, chosen, batch.past);
       reset_gaps(*tick.executor, chosen);
@@ -342,6 +344,19 @@ class SoftStep final : public SoftSolver {
     choice.bodies += static_cast<int>(tick.moving.size());
     choice.sag_m = std::max(choice.sag_m, sag_m);
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
+  }
+
+  /// Into domains, in whose order its bodies are from here on.
+  void divide(const Batch& batch, ContactTick& tick, const BodyArrays& arrays) {
+    domains_.find(tick.moving, tick.islands, sizes_, arrays.x);
+    const auto sort = [&](auto& all, auto& room) {
+      domains_.sort(std::span(all).subspan(batch.moving, batch.moving_end - batch.moving), room);
+    };
+    sort(moving_, numbers_);
+    sort(island_of_moving_, numbers_);
+    sort(resting_, flags_);
+    tick.domains = domains_.by_place();
+    tick.domains_count = domains_.count();
   }
 
   /// The largest sag, m, of what stays as it is.
@@ -405,6 +420,7 @@ class SoftStep final : public SoftSolver {
   ContactReport report_;
   TickIslands own_islands_;
   const TickIslands* islands_ = nullptr;
+  Domains domains_;  // of a batch
   SoftBatch batch_;
   std::size_t number_of_bodies_ = 0;
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
@@ -434,6 +450,8 @@ class SoftStep final : public SoftSolver {
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise
   std::vector<ContactConstraint*> chosen_;
+  std::vector<std::int32_t> numbers_;  // room to sort
+  std::vector<std::uint8_t> flags_;    // likewise
 };
 
 }  // namespace

@@ -1,0 +1,198 @@
+#include "server/dynamics/contact/block_plan.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/collision/index.h"
+
+namespace cradle {
+namespace {
+
+constexpr BlockKind kKinds[] = {
+    {1, false, true},  {2, false, true},  {4, false, true},  {2, true, true},  {4, true, true},
+    {1, false, false}, {2, false, false}, {4, false, false}, {2, true, false}, {4, true, false}};
+constexpr std::int32_t kRoundKinds = 5;
+static_assert(std::size(kKinds) == kBlockKinds);
+constexpr std::size_t kGroups = std::size_t{kBlockKinds} * (kColours + 1);
+constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
+
+/// Of no colour: with a block each.
+bool is_single(std::size_t group) { return group >= std::size_t{kBlockKinds} * kColours; }
+std::int32_t lanes_of(std::size_t group) { return is_single(group) ? 1 : kBlockLanes; }
+
+/// Which kind can go along with a more general one, the most general ones first: so nothing that
+/// goes along is joined.
+struct Escort {
+  std::size_t kind, general;
+};
+constexpr Escort kEscorts[] = {{2, 7}, {6, 7}, {1, 7}, {5, 7}, {0, 7}, {1, 2},
+                               {0, 2}, {1, 6}, {5, 6}, {0, 6}, {0, 1}, {0, 5},
+                               {4, 9}, {8, 9}, {3, 9}, {3, 4}, {3, 8}};
+
+/// Points that all carried last tick, or are all new, are likely to carry together: they are solved
+/// at once, which also keeps a symmetric stack symmetric. Not in a heap.
+std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap, bool are_round) {
+  const std::int32_t first = are_round ? 0 : kRoundKinds;
+  if (c.count == 1) return first;
+  const bool joint = !is_in_heap && (c.carrying == 0 || c.carrying == c.count);
+  return first + (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
+}
+
+/// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
+/// take half the time.
+bool is_idle(const ContactConstraint& c) { return (c.carrying == 0) & !c.is_met; }
+
+}  // namespace
+
+void BlockPlan::make(Executor& executor, std::span<ContactConstraint* const> constraints,
+                     const BodyLines& bodies) {
+  const TaskTree& tree = bodies.tasks();
+  look_at_all(executor, constraints, bodies);
+  sort_by_task(constraints, tree);
+  colouring_.begin(bodies.moving());
+  groups_.resize(tree.tasks() * kGroups);
+  for (std::size_t level = 0; level < tree.levels(); ++level) {
+    for_each_index(executor, index(tree.end(level) - tree.begin(level)), 1, [&](std::size_t k) {
+      count_groups(tree.begin(level) + static_cast<std::int32_t>(k));
+    });
+  }
+  make_runs(tree);
+  for_each_index(executor, tree.tasks(), 1,
+                 [&](std::size_t task) { place(static_cast<std::int32_t>(task)); });
+}
+
+/// At each by itself.
+void BlockPlan::look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
+                            const BodyLines& bodies) {
+  looks_.resize(constraints.size());
+  for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
+    expect_next(constraints, k);
+    const ContactConstraint& c = *constraints[k];
+    const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
+    looks_[k] = {{bodies.yields(a) ? a : -1, bodies.yields(b) ? b : -1},
+                 bodies.task_of(a, b),
+                 kind_of(c, bodies.is_in_heap(a, b), bodies.are_round(a, b)),
+                 is_idle(c) ? idle : busy,
+                 c.is_ahead,
+                 c.turns_heavily()};
+  });
+}
+
+/// By counting.
+void BlockPlan::sort_by_task(std::span<ContactConstraint* const> constraints,
+                             const TaskTree& tree) {
+  tasks_.assign(tree.tasks(), {});
+  std::size_t count = 0;
+  for (const Look& look : looks_) {
+    if (look.is_ahead) continue;
+    ++at(tasks_, look.task).end;
+    ++count;
+  }
+  std::size_t next = 0;
+  for (Task& task : tasks_) {
+    task.begin = next;
+    next += std::exchange(task.end, next);
+  }
+  sources_.resize(count);
+  pairs_.resize(count);
+  kinds_.resize(count);
+  idleness_.resize(count);
+  colours_.resize(count);
+  places_.resize(count);
+  heavy_.clear();
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    const Look& look = looks_[k];
+    if (look.is_ahead) continue;
+    const std::size_t to = at(tasks_, look.task).end++;
+    sources_[to] = constraints[k];
+    pairs_[to] = look.bodies;
+    kinds_[to] = look.kind;
+    idleness_[to] = look.idleness;
+    if (look.turns_heavily) heavy_.push_back(static_cast<std::int32_t>(to));
+  }
+}
+
+std::span<BlockPlan::Group> BlockPlan::groups_of(std::int32_t task) {
+  return std::span(groups_).subspan(kGroups * index(task), kGroups);
+}
+
+void BlockPlan::count_groups(std::int32_t number) {
+  Task& task = at(tasks_, number);
+  const std::size_t count = task.end - task.begin;
+  task.colours = colouring_.colour(std::span(pairs_).subspan(task.begin, count),
+                                   std::span(colours_).subspan(task.begin, count));
+  const std::span<Group> groups = groups_of(number);
+  std::fill_n(groups.begin(), kBlockKinds * task.colours, Group{});
+  for (std::size_t k = task.begin; k < task.end; ++k) {
+    const std::size_t group = group_of(k);
+    if (is_single(group)) idleness_[k] = busy;
+    ++groups[group].count[idleness_[k]];
+  }
+  for (int colour = 0; colour < std::min(task.colours, kColours); ++colour) {
+    fill_up(groups, index(kBlockKinds * colour));
+  }
+}
+
+/// What does not fill a block of its kind goes along in the last one of a more general kind, if all
+/// of it has room there: fewer lanes stay empty.
+void BlockPlan::fill_up(std::span<Group> groups, std::size_t first) {
+  for (const auto [kind, general] : kEscorts) {
+    Group &from = groups[first + kind], &to = groups[first + general];
+    const std::int32_t left = from.all() % kBlockLanes, used = to.all() % kBlockLanes;
+    if (left == 0 || used == 0 || left + used > kBlockLanes) continue;
+    const std::int32_t left_idle = std::min(left, from.count[idle]);
+    from.count[idle] -= left_idle;
+    from.count[busy] -= left - left_idle;
+    from.goes_along = first + general;
+    to.count[idle] += left_idle;
+    to.count[busy] += left - left_idle;
+  }
+}
+
+/// Blocks for all, colour after colour; of one group idle ones come last.
+void BlockPlan::make_runs(const TaskTree& tree) {
+  runs_.clear();
+  std::int32_t next = 0;
+  for (std::int32_t number = 0; index(number) < tasks_.size(); ++number) {
+    Task& task = at(tasks_, number);
+    task.first_run = runs_.size();
+    const std::span<Group> groups = groups_of(number);
+    for (std::size_t k = 0; k < std::size_t{kBlockKinds} * index(task.colours); ++k) {
+      Group& group = groups[k];
+      const std::int32_t lanes = lanes_of(k), count = (group.all() + lanes - 1) / lanes;
+      const std::int32_t first = next * kBlockLanes;
+      group.next = {first, first + group.count[busy]};
+      if (count == 0) continue;
+      runs_.push_back({next, count, kKinds[k % kBlockKinds], number});
+      next += count;
+    }
+    task.end_run = runs_.size();
+  }
+  lanes_.assign(index(next) * kBlockLanes, -1);
+  levels_.clear();
+  for (std::size_t level = 0; level < tree.levels(); ++level) {
+    const TaskLevel all{tree.begin(level), tree.end(level)};
+    if (first_run(all.begin) < end_run(all.end - 1)) levels_.push_back(all);
+  }
+}
+
+/// Who goes where.
+void BlockPlan::place(std::int32_t number) {
+  const Task& task = at(tasks_, number);
+  const std::span<Group> groups = groups_of(number);
+  for (std::size_t k = task.begin; k < task.end; ++k) {
+    const Idleness kind = idleness_[k];
+    std::size_t number_of_group = group_of(k);
+    if (groups[number_of_group].count[kind] == 0) {
+      number_of_group = groups[number_of_group].goes_along;
+    }
+    Group& group = groups[number_of_group];
+    --group.count[kind];
+    std::int32_t& next = group.next[kind];
+    places_[k] = next;
+    at(lanes_, next) = static_cast<std::int32_t>(k);
+    next += is_single(number_of_group) ? kBlockLanes : 1;
+  }
+}
+
+}  // namespace cradle

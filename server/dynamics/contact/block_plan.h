@@ -1,0 +1,120 @@
+/// Which contact is solved in which lane of which block, and who may work side by side: domains
+/// (domains.h), and in each the contacts of one colour.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/collision/executor.h"
+#include "server/dynamics/contact/body_lines.h"
+#include "server/dynamics/contact/colouring.h"
+#include "server/dynamics/contact/contact_block.h"
+#include "server/dynamics/contact/contact_constraint.h"
+
+namespace cradle {
+
+/// What a block's manifolds have in common.
+struct BlockKind {
+  int points;
+  bool joint, is_round;
+};
+
+/// Blocks of one kind and colour, or of no colour. Those of a task come one after another.
+struct PlannedRun {
+  std::int32_t first, count;
+  BlockKind kind;
+  std::int32_t task;
+};
+
+/// Tasks that may be done side by side.
+struct TaskLevel {
+  std::int32_t begin, end;
+};
+
+/// Keeps its memory from batch to batch.
+class BlockPlan {
+  template <class T>
+  static auto& at(T& all, std::int32_t k) {
+    return all[static_cast<std::size_t>(k)];
+  }
+
+ public:
+  /// Of those whose arms hold at the tick's start; the others are for one after another.
+  void make(Executor& executor, std::span<ContactConstraint* const> constraints,
+            const BodyLines& bodies);
+
+  /// In the order of tasks; the lines of the bodies that yield, or -1; and where each is: its block
+  /// times lanes, plus its lane.
+  std::span<ContactConstraint* const> sources() const { return sources_; }
+  std::span<const ColouredPair> pairs() const { return pairs_; }
+  std::span<const std::int32_t> places() const { return places_; }
+  /// Which of them roll or turn with friction.
+  std::span<const std::int32_t> heavy() const { return heavy_; }
+
+  std::size_t blocks() const { return lanes_.size() / kBlockLanes; }
+  /// Of a block: the sources in its lanes; -1: none.
+  std::span<const std::int32_t> lanes(std::size_t block) const {
+    return std::span(lanes_).subspan(block * kBlockLanes, kBlockLanes);
+  }
+  std::span<const PlannedRun> runs() const { return runs_; }
+  /// Of a task.
+  std::size_t first_run(std::int32_t task) const { return at(tasks_, task).first_run; }
+  std::size_t end_run(std::int32_t task) const { return at(tasks_, task).end_run; }
+  /// One after the other; none is empty.
+  std::span<const TaskLevel> levels() const { return levels_; }
+
+ private:
+  /// Those that are idle come last in their group.
+  enum Idleness : std::uint8_t { busy, idle };
+  /// What there is to know of a constraint before it is placed.
+  struct Look {
+    ColouredPair bodies;
+    std::int32_t task, kind;
+    Idleness idleness;
+    bool is_ahead, turns_heavily;
+  };
+  /// Of one colour and kind, or of no colour.
+  struct Group {
+    std::array<std::int32_t, 2> count;  // by idleness: who is there, then who is still to come
+    std::array<std::int32_t, 2> next;   // where the next one goes
+    std::size_t goes_along;             // the group that has room for the rest
+    std::int32_t all() const { return count[busy] + count[idle]; }
+  };
+  struct Task {
+    std::size_t begin, end;  // of sources
+    std::size_t first_run, end_run;
+    int colours;
+  };
+  void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
+                   const BodyLines& bodies);
+  void sort_by_task(std::span<ContactConstraint* const> constraints, const TaskTree& tree);
+  void count_groups(std::int32_t task);
+  static void fill_up(std::span<Group> groups, std::size_t first);
+  std::size_t group_of(std::size_t source) const {
+    return static_cast<std::size_t>(kBlockKinds * colours_[source] + kinds_[source]);
+  }
+  void make_runs(const TaskTree& tree);
+  void place(std::int32_t task);
+  std::span<Group> groups_of(std::int32_t task);
+
+  Colouring colouring_;
+  std::vector<Look> looks_;  // of all constraints
+  std::vector<Task> tasks_;
+  std::vector<TaskLevel> levels_;
+  std::vector<Group> groups_;  // by task
+  // By source.
+  std::vector<ContactConstraint*> sources_;
+  std::vector<ColouredPair> pairs_;
+  std::vector<std::int32_t> kinds_;
+  std::vector<std::uint8_t> colours_;
+  std::vector<Idleness> idleness_;
+  std::vector<std::int32_t> places_;
+  std::vector<std::int32_t> heavy_;  // sources
+  std::vector<std::int32_t> lanes_;
+  std::vector<PlannedRun> runs_;
+};
+
+}  // namespace cradle

@@ -14,7 +14,7 @@ namespace cradle {
 namespace {
 
 /// More than one, so that a thread which gets heavy indices does not keep the others waiting.
-constexpr int kRangesPerThread = 4;
+constexpr int kRangesPerThread = 8;
 constexpr int kRangesMax = 64;
 
 /// Threads come one after the other out of a call within less than this; who waits for longer lets

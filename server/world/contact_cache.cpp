@@ -149,6 +149,7 @@ void ContactCache::begin() {
 void ContactCache::find(std::size_t begin, std::size_t end) {
   if (were_entries_) {
     std::ranges::fill(std::span(from_).subspan(begin, end - begin), -1);
+    std::ranges::fill(std::span(places_).subspan(begin, end - begin), -1);
     return;
   }
   const auto pair_of = [](const ContactName& name) { return name.pair; };
@@ -157,10 +158,11 @@ void ContactCache::find(std::size_t begin, std::size_t end) {
   for (std::size_t k = begin; k < end; ++k) {
     const ContactName& name = names_[k];
     while (old < last_.size() && last_[old].pair < name.pair) ++old;
-    from_[k] = -1;
+    from_[k] = places_[k] = -1;
     for (std::size_t m = old; m < last_.size() && last_[m].pair == name.pair; ++m) {
       if (last_[m].part != name.part) continue;
       from_[k] = static_cast<std::int32_t>(m);
+      places_[k] = last_places_[m];
       is_gone_[m] = 0;
       break;
     }
@@ -172,16 +174,13 @@ void ContactCache::settle() {
   for (std::size_t m = last_.size(); m-- > 0;) {
     if (is_gone_[m] != 0) free_.push_back(last_places_[m]);
   }
-  for (std::size_t k = 0; k < names_.size(); ++k) {
-    if (from_[k] >= 0) {
-      places_[k] = last_places_[static_cast<std::size_t>(from_[k])];
-      continue;
-    }
+  for (std::int32_t& place : places_) {
+    if (place >= 0) continue;
     if (free_.empty()) {
       free_.push_back(static_cast<std::int32_t>(room_.size()));
       room_.emplace_back();
     }
-    places_[k] = free_.back();
+    place = free_.back();
     free_.pop_back();
   }
 }

@@ -45,23 +45,23 @@ double BodyLines::kinetic_energy(std::int32_t line, const Vector& v, const Vecto
 
 void BodyLines::begin_balance(ContactBalance& balance) {
   work_of_torques_ = 0;
-  for (std::int32_t line = 0; line < moving_; ++line) {
-    balance.kinetic_J -= kinetic_energy(line, v(line), w(line));
-    balance.momentum -= mass(line) * v(line);
-  }
+  add_by_parts(balance, [this](std::int32_t line, ContactBalance& part) {
+    part.kinetic_J -= kinetic_energy(line, v(line), w(line));
+    part.momentum -= mass(line) * v(line);
+  });
 }
 
-void BodyLines::end_balance(ContactBalance& balance, double dt) const {
-  for (std::int32_t line = 0; line < moving_; ++line) {
+void BodyLines::end_balance(ContactBalance& balance, double dt) {
+  add_by_parts(balance, [&](std::int32_t line, ContactBalance& part) {
     const double mass = this->mass(line);
     const Vector way = mass * dp(line);
     const Vector acceleration = this->acceleration(line);
-    balance.kinetic_J += kinetic_energy(line, v(line), w(line));
-    balance.momentum += mass * v(line);
-    balance.mass_way += way;
-    balance.loads_J += acceleration.dot(way);
-    balance.loads_Ns += dt * mass * acceleration;
-  }
+    part.kinetic_J += kinetic_energy(line, v(line), w(line));
+    part.momentum += mass * v(line);
+    part.mass_way += way;
+    part.loads_J += acceleration.dot(way);
+    part.loads_Ns += dt * mass * acceleration;
+  });
   balance.loads_J += work_of_torques_;
 }
 

@@ -165,7 +165,7 @@ class BodyLines {
   double mass(std::int32_t line) const { return at(masses_, line); }
   /// Takes away what there is, before a tick; adds it, and what loads did, after the last sub-step.
   void begin_balance(ContactBalance& balance);
-  void end_balance(ContactBalance& balance, double dt) const;
+  void end_balance(ContactBalance& balance, double dt);
 
   BodyLine* velocities() { return velocities_.data(); }
   const BodyLine* velocities() const { return velocities_.data(); }
@@ -207,6 +207,19 @@ class BodyLines {
       says_so_[part] = says_so ? 1 : 0;
     });
     return std::ranges::find(says_so_, 1) != says_so_.end();
+  }
+  /// Sums over all lines that yield: `f(line, part)`, in parts that do not depend on threads.
+  template <class F>
+  void add_by_parts(ContactBalance& sum, const F& f) {
+    constexpr std::size_t size = kLinesWorthAThread;
+    balances_.assign(chunks_of(moving(), size), {});
+    for_chunks(*executor_, moving(), size,
+               [&](std::size_t part, std::size_t begin, std::size_t end) {
+                 for (std::size_t line = begin; line < end; ++line) {
+                   f(static_cast<std::int32_t>(line), balances_[part]);
+                 }
+               });
+    for (const ContactBalance& part : balances_) sum.add(part);
   }
   bool is_round(std::int32_t line) const { return !yields(line) || at(states_, line).is_round; }
   void make_room();
@@ -261,7 +274,8 @@ class BodyLines {
       own_gains_;  // J, of kinetic energy, by line: by repeats; by themselves
   std::vector<double> gains_of_islands_, own_gains_of_islands_;
   std::vector<double> shares_;
-  double work_of_torques_ = 0;  // J, so far, if there is a balance
+  std::vector<ContactBalance> balances_;  // by part
+  double work_of_torques_ = 0;            // J, so far, if there is a balance
 };
 
 }  // namespace cradle

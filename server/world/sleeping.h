@@ -35,7 +35,7 @@ struct SleepTolerances {
   /// still may. 0.12 mm at 9.81 m/s^2 ("a box just above the friction angle").
   double acceleration = 1e-4;
   /// Of the speed that gravity gives in a tick: contacts at rest take it back in each, and what
-  /// they leave is far less.
+  /// they leave is far less ("a tumbler that rocks").
   double noise = 0.1;
 };
 inline constexpr SleepTolerances kSleep;

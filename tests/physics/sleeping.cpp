@@ -329,6 +329,17 @@ TEST_CASE("what begins slowly or turns back stays awake") {
     const BodyId id = add(world, ball(0.2, {0.1, 0, 0.2 + 0.002}));
     CHECK(stays_awake(world, id, 600));
   }
+  SECTION("a tumbler that rocks by less than a tenth of a millimetre, but fast") {
+    // Its period is 0.27 s: omega^2 = g e / (0.4 r^2 + (r - e)^2), with e how far Bcm is below Bo.
+    World fast(sleepy(2000));
+    add(fast, ground());
+    BodySpec tumbler = ball(0.02, {0, 0, 0.02});
+    tumbler.sets_centre_of_mass = true;
+    tumbler.p_BoBcm = {0, 0, -0.012};
+    tumbler.q_WB = about_y(1e-3);
+    const BodyId id = add(fast, tumbler);
+    CHECK(stays_awake(fast, id, 2400));
+  }
   SECTION("a box that drag holds back on its way down") {
     const double angle = 0.6;
     BodySpec slope = ground(0);

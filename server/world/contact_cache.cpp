@@ -145,7 +145,8 @@ void ContactCache::begin() {
   is_gone_.assign(last_.size(), 1);
 }
 
-/// Which of these contacts were there last tick. The first may be in the middle of its pair.
+/// Which of these contacts were there last tick, and where; others have no place until they settle.
+/// The first may be in the middle of its pair.
 void ContactCache::find(std::size_t begin, std::size_t end) {
   if (were_entries_) {
     std::ranges::fill(std::span(from_).subspan(begin, end - begin), -1);

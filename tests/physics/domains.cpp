@@ -1,13 +1,15 @@
-// How large islands are divided: who may be solved side by side.
+// Who may be solved side by side: domains, and colours.
 #include "server/dynamics/contact/domains.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
+#include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 
+#include "server/dynamics/contact/colouring.h"
 #include "tests/physics/flock.h"
 
 namespace cradle {
@@ -37,6 +39,18 @@ struct Crowd {
       mixed.push_back(islands[k]);
     }
     islands = mixed;
+  }
+
+  /// One island of these bodies, and, if there is a place for it, one of a body before them.
+  explicit Crowd(const std::vector<Vector>& at, const std::optional<Vector>& first = {})
+      : sizes{static_cast<int>(at.size())}, x(at) {
+    islands.assign(at.size(), 0);
+    for (std::size_t k = 0; k < at.size(); ++k) slots.push_back(static_cast<std::int32_t>(k));
+    if (!first) return;
+    x.push_back(*first);
+    slots.insert(slots.begin(), static_cast<std::int32_t>(at.size()));
+    islands.insert(islands.begin(), 1);
+    sizes.push_back(1);
   }
 };
 
@@ -124,6 +138,47 @@ TEST_CASE("an island is divided in the same way whatever others there are") {
   CHECK(domains_of(Crowd({1000, 3, 800, 200, 12000}, 7), 0) == alone);
 }
 
+TEST_CASE("so are grids and walls, whose bodies lie in the middle of them, too") {
+  // Where the sums are rounded otherwise, a middle row goes to the other half, or the other axis is
+  // the longer one.
+  const auto grid = [](int nx, int ny, int nz) {
+    std::vector<Vector> x;
+    for (int i = 0; i < nx * ny * nz; ++i) {
+      x.push_back(0.4 * Vector(i % nx, i / nx % ny, i / nx / ny));
+    }
+    return x;
+  };
+  for (const std::vector<Vector>& x :
+       {grid(31, 31, 1), grid(10, 10, 10), grid(41, 1, 21), grid(60, 60, 1)}) {
+    const int size = static_cast<int>(x.size());
+    const auto alone = domains_of(Crowd(x), 0);
+    CHECK(alone.size() == (size < 3200 ? 2 : 4));
+    for (const Vector& first :
+         {Vector(50.3, 7.7, 0.35), Vector(-1e5, 3e4, 17), Vector(1e-3, 0.7, -2.2)}) {
+      CAPTURE(size, first.transpose());
+      CHECK(domains_of(Crowd(x, first), 0) == alone);
+    }
+  }
+}
+
+TEST_CASE("bodies that cannot be told apart, or have no place, are in some domain") {
+  constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Vector> x(1000, Vector(3, 4, 5));
+  Domains domains;
+  for (const double last : {5.0, kNowhere, std::numeric_limits<double>::infinity()}) {
+    x.back().z() = last;
+    const Crowd crowd(x);
+    domains.find(crowd.slots, crowd.islands, crowd.sizes, crowd.x);
+    CHECK(domains.count() == 2);
+    CHECK(std::ranges::is_sorted(domains.by_place()));
+    CHECK(domains.by_place().size() == x.size());
+    std::vector<std::int32_t> slots = crowd.slots, room;
+    domains.sort(std::span(slots), room);
+    std::ranges::sort(slots);
+    CHECK(slots == crowd.slots);
+  }
+}
+
 TEST_CASE("a crowd too small to divide is one domain, in the order that it has") {
   const Crowd crowd({300, 400}, 3);
   Domains domains;
@@ -132,6 +187,20 @@ TEST_CASE("a crowd too small to divide is one domain, in the order that it has")
   std::vector<std::int32_t> slots = crowd.slots, room;
   domains.sort(std::span(slots), room);
   CHECK(slots == crowd.slots);
+}
+
+TEST_CASE("a body with more contacts than there are colours has them one after another") {
+  std::vector<ColouredPair> pairs;
+  for (std::int32_t k = 0; k < 80; ++k) pairs.push_back({0, k + 1});
+  pairs.push_back({7, 99});
+  Colouring colouring;
+  std::vector<std::uint8_t> colours(pairs.size());
+  colouring.begin(100);
+  CHECK(colouring.colour(pairs, colours) == kColours + 1);
+  for (int k = 0; k < 80; ++k) {
+    CHECK(colours[static_cast<std::size_t>(k)] == std::min(k, kColours));
+  }
+  CHECK(colours[80] == 0);  // what another pair has taken at body 7 is colour 6
 }
 
 }  // namespace cradle

@@ -68,6 +68,17 @@ TEST_CASE("a stack and a pyramid at rest ask for no memory") {
   CHECK(allocating_ticks(world, 300, 100) == 0);
 }
 
+TEST_CASE("a layer of cubes that is solved by domains asks for no memory") {
+  World world(steady());
+  BodySpec belt = brick({40, 40, 0.5}, {0, 0, -0.5}, {0.1, 0, 0});
+  belt.kind = BodyKind::kinematic;
+  add(world, belt);
+  for (int i = 0; i < 900; ++i) {
+    add(world, brick({0.5, 0.5, 0.5}, {1.0 * (i % 30), 1.0 * (i / 30), 0.5}, {0.1, 0, 0}));
+  }
+  CHECK(allocating_ticks(world, 60, 30) == 0);
+}
+
 TEST_CASE("sleepers ask for no memory") {
   WorldSettings how = steady();
   how.is_sleeping = true;

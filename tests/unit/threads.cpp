@@ -22,6 +22,7 @@ constexpr Crowd kCrowds[] = {
     {"bench_gas", "soft", 20, false},            // balls that bounce, each at its time
     {"bench_pile", "soft", 130, false},          // islands of many kinds, then one in domains
     {"bench_pyramid", "soft", 40, false},        // one island at rest
+    {"bench_large_pyramid", "soft", 4, false},   // one in four domains
     {"bench_pyramid", "hybrid", 30, false},      // which another method takes over
     {"bench_pyramid", "newton", 3, false},       //
     {"bench_terrain", "soft", 90, false},        // four shapes on a mesh

@@ -13,7 +13,6 @@ constexpr BlockKind kKinds[] = {
     {1, false, false}, {2, false, false}, {4, false, false}, {2, true, false}, {4, true, false}};
 constexpr std::int32_t kRoundKinds = 5;
 static_assert(std::size(kKinds) == kBlockKinds);
-constexpr std::size_t kGroups = std::size_t{kBlockKinds} * (kColours + 1);
 constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
 
 /// Of no colour: with a block each.
@@ -50,12 +49,14 @@ void BlockPlan::make(Executor& executor, std::span<ContactConstraint* const> con
   look_at_all(executor, constraints, bodies);
   sort_by_task(constraints, tree);
   colouring_.begin(bodies.moving());
-  groups_.resize(tree.tasks() * kGroups);
   for (std::size_t level = 0; level < tree.levels(); ++level) {
     for_each_index(executor, index(tree.end(level) - tree.begin(level)), 1, [&](std::size_t k) {
-      count_groups(tree.begin(level) + static_cast<std::int32_t>(k));
+      colour(tree.begin(level) + static_cast<std::int32_t>(k));
     });
   }
+  share_groups();
+  for_each_index(executor, tree.tasks(), 1,
+                 [&](std::size_t task) { count_groups(static_cast<std::int32_t>(task)); });
   make_runs(tree);
   for_each_index(executor, tree.tasks(), 1,
                  [&](std::size_t task) { place(static_cast<std::int32_t>(task)); });
@@ -112,17 +113,33 @@ void BlockPlan::sort_by_task(std::span<ContactConstraint* const> constraints,
   }
 }
 
-std::span<BlockPlan::Group> BlockPlan::groups_of(std::int32_t task) {
-  return std::span(groups_).subspan(kGroups * index(task), kGroups);
-}
-
-void BlockPlan::count_groups(std::int32_t number) {
+void BlockPlan::colour(std::int32_t number) {
   Task& task = at(tasks_, number);
   const std::size_t count = task.end - task.begin;
   task.colours = colouring_.colour(std::span(pairs_).subspan(task.begin, count),
                                    std::span(colours_).subspan(task.begin, count));
+}
+
+/// Batches differ in size: what one of them has no use for is not given up.
+void BlockPlan::share_groups() {
+  std::size_t count = 0;
+  for (Task& task : tasks_) {
+    task.first_group = count;
+    count += std::size_t{kBlockKinds} * index(task.colours);
+  }
+  if (groups_.size() < count) groups_.resize(count);
+}
+
+std::span<BlockPlan::Group> BlockPlan::groups_of(std::int32_t number) {
+  const Task& task = at(tasks_, number);
+  return std::span(groups_).subspan(task.first_group,
+                                    std::size_t{kBlockKinds} * index(task.colours));
+}
+
+void BlockPlan::count_groups(std::int32_t number) {
+  const Task& task = at(tasks_, number);
   const std::span<Group> groups = groups_of(number);
-  std::fill_n(groups.begin(), kBlockKinds * task.colours, Group{});
+  std::ranges::fill(groups, Group{});
   for (std::size_t k = task.begin; k < task.end; ++k) {
     const std::size_t group = group_of(k);
     if (is_single(group)) idleness_[k] = busy;
@@ -157,7 +174,7 @@ void BlockPlan::make_runs(const TaskTree& tree) {
     Task& task = at(tasks_, number);
     task.first_run = runs_.size();
     const std::span<Group> groups = groups_of(number);
-    for (std::size_t k = 0; k < std::size_t{kBlockKinds} * index(task.colours); ++k) {
+    for (std::size_t k = 0; k < groups.size(); ++k) {
       Group& group = groups[k];
       const std::int32_t lanes = lanes_of(k), count = (group.all() + lanes - 1) / lanes;
       const std::int32_t first = next * kBlockLanes;
@@ -181,17 +198,14 @@ void BlockPlan::place(std::int32_t number) {
   const Task& task = at(tasks_, number);
   const std::span<Group> groups = groups_of(number);
   for (std::size_t k = task.begin; k < task.end; ++k) {
-    const Idleness kind = idleness_[k];
-    std::size_t number_of_group = group_of(k);
-    if (groups[number_of_group].count[kind] == 0) {
-      number_of_group = groups[number_of_group].goes_along;
-    }
-    Group& group = groups[number_of_group];
-    --group.count[kind];
-    std::int32_t& next = group.next[kind];
+    const Idleness idleness = idleness_[k];
+    std::size_t group = group_of(k);
+    if (groups[group].count[idleness] == 0) group = groups[group].goes_along;
+    --groups[group].count[idleness];
+    std::int32_t& next = groups[group].next[idleness];
     places_[k] = next;
     at(lanes_, next) = static_cast<std::int32_t>(k);
-    next += is_single(number_of_group) ? kBlockLanes : 1;
+    next += is_single(group) ? kBlockLanes : 1;
   }
 }
 

@@ -87,10 +87,13 @@ class BlockPlan {
     std::size_t begin, end;  // of sources
     std::size_t first_run, end_run;
     int colours;
+    std::size_t first_group;
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
   void sort_by_task(std::span<ContactConstraint* const> constraints, const TaskTree& tree);
+  void colour(std::int32_t task);
+  void share_groups();
   void count_groups(std::int32_t task);
   static void fill_up(std::span<Group> groups, std::size_t first);
   std::size_t group_of(std::size_t source) const {
@@ -104,7 +107,7 @@ class BlockPlan {
   std::vector<Look> looks_;  // of all constraints
   std::vector<Task> tasks_;
   std::vector<TaskLevel> levels_;
-  std::vector<Group> groups_;  // by task
+  std::vector<Group> groups_;  // by task, those of the colours that it has
   // By source.
   std::vector<ContactConstraint*> sources_;
   std::vector<ColouredPair> pairs_;

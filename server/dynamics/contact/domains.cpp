@@ -21,13 +21,14 @@ void Domains::find(std::span<const std::int32_t> slots, std::span<const std::int
   count_ = 1;
   by_place_.clear();
   if (slots.size() < 4 * std::size_t{kBodies}) return;
-  share_out(islands, sizes);
+  share_out(slots, islands, sizes);
   if (count_ == 1) return;
   domains_.resize(slots.size());
   points_.resize(slots.size());
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    domains_[k] = first_[index(islands[k])];
-    points_[k] = x[index(slots[k])] - x[index(slots[0])];
+    const std::size_t island = index(islands[k]);
+    domains_[k] = first_[island];
+    points_[k] = x[index(slots[k])] - x[index(origins_[island])];
   }
   while (halve_all()) {
   }
@@ -36,13 +37,17 @@ void Domains::find(std::span<const std::int32_t> slots, std::span<const std::int
 
 /// Large islands first, so that the number of their domains divides that of their first one; then
 /// small ones, until a domain has its bodies.
-void Domains::share_out(std::span<const std::int32_t> islands, std::span<const int> sizes) {
+void Domains::share_out(std::span<const std::int32_t> slots, std::span<const std::int32_t> islands,
+                        std::span<const int> sizes) {
   constexpr std::int32_t kNone = -1, kSeen = -2;
   first_.assign(sizes.size(), kNone);
+  origins_.resize(sizes.size());
   large_.clear();
   small_.clear();
-  for (const std::int32_t island : islands) {
+  for (std::size_t k = 0; k < islands.size(); ++k) {
+    const std::int32_t island = islands[k];
     if (std::exchange(first_[index(island)], kSeen) == kSeen) continue;
+    origins_[index(island)] = slots[k];
     (domains_of(sizes[index(island)]) > 1 ? large_ : small_).push_back(island);
   }
   std::ranges::sort(large_, {}, [&](std::int32_t island) {

@@ -55,8 +55,8 @@ class TaskTree {
 /// Keeps its memory from tick to tick.
 class Domains {
  public:
-  /// An island of kBodies D^2 bodies has D domains, a power of two, of at least kBodies D each: at
-  /// the ends of a domain's colours lanes stay empty, which is to be little (T2 and T5 of the
+  /// An island of kBodies D^2 bodies has D domains, a power of two, of kBodies D each in the mean:
+  /// at the ends of a domain's colours lanes stay empty, which is to be little (T2 and T5 of the
   /// benchmark).
   static constexpr int kBodies = 200;
 
@@ -87,16 +87,18 @@ class Domains {
     Eigen::Index axis = 0;
     double middle = 0;
   };
-  void share_out(std::span<const std::int32_t> islands, std::span<const int> sizes);
+  void share_out(std::span<const std::int32_t> slots, std::span<const std::int32_t> islands,
+                 std::span<const int> sizes);
   bool halve_all();
   void find_places();
 
   std::size_t count_ = 1;
   std::vector<std::int32_t> first_;          // domain of each island
+  std::vector<std::int32_t> origins_;        // and slot of its first body
   std::vector<std::int32_t> large_, small_;  // islands
   std::vector<std::int32_t> domains_;        // by body
   std::vector<std::int32_t> places_, by_place_;
-  std::vector<Vector> points_;  // m, by body, about the first one
+  std::vector<Vector> points_;  // m, by body, about the first one of its island
   std::vector<Subtree> subtrees_;
   std::vector<std::int32_t> begins_;
 };

@@ -445,7 +445,7 @@ class SoftStep final : public SoftSolver {
   bool has_rested_ = false;                                // a constraint has, anywhere
   std::vector<Batch> batches_;
   std::vector<std::size_t> batch_of_;  // by island
-  // Sorted by batch.
+  // Sorted by batch; bodies, in it, by domain.
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise

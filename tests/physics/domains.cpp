@@ -2,6 +2,7 @@
 #include "server/dynamics/contact/domains.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <map>
@@ -79,7 +80,7 @@ std::int32_t subtree(std::int32_t domain, std::size_t level) {
 }  // namespace
 
 TEST_CASE("a subtree has both domains, and no smaller one has") {
-  for (const std::size_t count : {1, 2, 3, 4, 7, 8, 13, 64}) {
+  for (const std::size_t count : std::array<std::size_t, 8>{1, 2, 3, 4, 7, 8, 13, 64}) {
     CAPTURE(count);
     const TaskTree tree(count);
     for (std::int32_t a = 0; a < static_cast<std::int32_t>(count); ++a) {

@@ -43,8 +43,8 @@ class TaskTree {
 
   /// The smallest that has both domains.
   std::int32_t of(std::int32_t a, std::int32_t b) const {
-    const int level = std::bit_width(static_cast<std::uint32_t>(a ^ b));
-    return begins_[static_cast<std::size_t>(level)] + (a >> level);
+    const auto level = static_cast<std::size_t>(std::bit_width(static_cast<std::uint32_t>(a ^ b)));
+    return begins_[level] + (a >> level);
   }
 
  private:

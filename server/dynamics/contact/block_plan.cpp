@@ -8,6 +8,7 @@
 namespace cradle {
 namespace {
 
+/// The more general ones later.
 constexpr BlockKind kKinds[] = {
     {1, false, true},  {2, false, true},  {4, false, true},  {2, true, true},  {4, true, true},
     {1, false, false}, {2, false, false}, {4, false, false}, {2, true, false}, {4, true, false}};
@@ -19,14 +20,11 @@ constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
 bool is_single(std::size_t group) { return group >= std::size_t{kBlockKinds} * kColours; }
 std::int32_t lanes_of(std::size_t group) { return is_single(group) ? 1 : kBlockLanes; }
 
-/// Which kind can go along with a more general one, the most general ones first: so nothing that
-/// goes along is joined.
-struct Escort {
-  std::size_t kind, general;
-};
-constexpr Escort kEscorts[] = {{2, 7}, {6, 7}, {1, 7}, {5, 7}, {0, 7}, {1, 2},
-                               {0, 2}, {1, 6}, {5, 6}, {0, 6}, {0, 1}, {0, 5},
-                               {4, 9}, {8, 9}, {3, 9}, {3, 4}, {3, 8}};
+/// To the same bits ("a contact does the same to the bit").
+bool can_go_along(const BlockKind& kind, const BlockKind& general) {
+  return kind.points <= general.points && kind.joint == general.joint &&
+         kind.is_round >= general.is_round;
+}
 
 /// Points that all carried last tick, or are all new, are likely to carry together: they are solved
 /// at once, which also keeps a symmetric stack symmetric. Not in a heap.
@@ -151,18 +149,23 @@ void BlockPlan::count_groups(std::int32_t number) {
 }
 
 /// What does not fill a block of its kind goes along in the last one of a more general kind, if all
-/// of it has room there: fewer lanes stay empty.
+/// of it has room there: fewer lanes stay empty. The most general ones are filled first, so nobody
+/// joins what goes along.
 void BlockPlan::fill_up(std::span<Group> groups, std::size_t first) {
-  for (const auto [kind, general] : kEscorts) {
-    Group &from = groups[first + kind], &to = groups[first + general];
-    const std::int32_t left = from.all() % kBlockLanes, used = to.all() % kBlockLanes;
-    if (left == 0 || used == 0 || left + used > kBlockLanes) continue;
-    const std::int32_t left_idle = std::min(left, from.count[idle]);
-    from.count[idle] -= left_idle;
-    from.count[busy] -= left - left_idle;
-    from.goes_along = first + general;
-    to.count[idle] += left_idle;
-    to.count[busy] += left - left_idle;
+  for (std::size_t general = kBlockKinds - 1; general > 0; --general) {
+    Group& to = groups[first + general];
+    for (std::size_t kind = general; kind-- > 0;) {
+      Group& from = groups[first + kind];
+      const std::int32_t left = from.all() % kBlockLanes, used = to.all() % kBlockLanes;
+      if (left == 0 || used == 0 || left + used > kBlockLanes) continue;
+      if (!can_go_along(kKinds[kind], kKinds[general])) continue;
+      const std::int32_t left_idle = std::min(left, from.count[idle]);
+      from.count[idle] -= left_idle;
+      from.count[busy] -= left - left_idle;
+      from.goes_along = first + general;
+      to.count[idle] += left_idle;
+      to.count[busy] += left - left_idle;
+    }
   }
 }
 

@@ -5,11 +5,11 @@
 /// its bodies: first all contacts within domains, then level by level those between them. Subtrees
 /// of one level share no body.
 ///
-/// Source: nested dissection (George 1973), as an order of contacts instead of unknowns. Islands
-/// are domains by themselves, many together if they are small; a large one is halved at the mean of
-/// where its bodies are, along the axis along which they lie farthest apart, and each half again.
-/// So an island is solved in the same order whatever others there are, and on any number of
-/// threads. Cost: O(n) a level, some 5 ns a body.
+/// Source: nested dissection (George 1973), as an order of contacts instead of unknowns. Small
+/// islands share a domain; a large one is halved at the mean of where its bodies are, along the
+/// axis along which they lie farthest apart, and each half again. So an island is solved in the
+/// same order whatever others there are, and on any number of threads. Cost: O(n) a level, some 5
+/// ns a body.
 #pragma once
 
 #include <array>

@@ -334,7 +334,8 @@ CRADLE_LANES void store(double* to, const V& v) {
   }
 }
 
-/// In groups of n rows, element l of row k becomes element k of row l.
+/// In groups of n rows, element l of row k becomes element k of row l: one bit of both numbers
+/// after the other.
 template <class V, int distance, std::size_t... l>
 CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   constexpr int n = kLanes<V>;
@@ -350,6 +351,74 @@ CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
 }
 
+/// Half as many lanes. What moves halves can read and write memory as it goes; shuffles of whole
+/// vectors all wait for the same unit.
+template <class V>
+struct HalfOf {
+  typedef double Type __attribute__((vector_size(sizeof(V) / 2)));
+};
+template <class V, std::size_t... l>
+CRADLE_LANES V load_halves(const double* lower, const double* upper, std::index_sequence<l...>) {
+  using Half = typename HalfOf<V>::Type;
+  const Half lo = load<Half>(lower), hi = load<Half>(upper);
+#ifdef __AVX512F__  // not what the compiler makes of the shuffle
+  if constexpr (kLanes<V> == 8) {
+    return V(_mm512_maskz_insertf64x4(0xff, _mm512_castpd256_pd512(__m256d(lo)), __m256d(hi), 1));
+  }
+#endif
+  return __builtin_shufflevector(lo, hi, int(l)...);
+}
+template <class V, std::size_t... l>
+CRADLE_LANES void store_halves(double* lower, double* upper, const V& v,
+                               std::index_sequence<l...>) {
+  store(lower, __builtin_shufflevector(v, v, int(l)...));
+#ifdef __AVX512F__
+  if constexpr (kLanes<V> == 8) {
+    return _mm256_storeu_pd(upper, _mm512_maskz_extractf64x4_pd(0xf, __m512d(v), 1));
+  }
+#endif
+  store(upper, __builtin_shufflevector(v, v, (int(l) + kLanes<V> / 2)...));
+}
+
+/// As many numbers as there are lanes from each of as many places, `from(l)`: the k-th of all into
+/// rows[k].
+template <class V, class From>
+CRADLE_LANES void load_transposed(V* rows, const From& from) {
+  constexpr int n = kLanes<V>, half = n / 2;
+  constexpr auto lanes = std::make_index_sequence<n>{};
+  if constexpr (n < 4) {
+    CRADLE_UNROLLED
+    for (int l = 0; l < n; ++l) rows[l] = load<V>(from(l));
+    if constexpr (n > 1) transpose<V, half>(rows, lanes);
+  } else {
+    CRADLE_UNROLLED
+    for (int l = 0; l < half; ++l) {
+      rows[l] = load_halves<V>(from(l), from(l + half), lanes);
+      rows[l + half] = load_halves<V>(from(l) + half, from(l + half) + half, lanes);
+    }
+    transpose<V, half / 2>(rows, lanes);
+  }
+}
+/// Back to them, `to(l)`.
+template <class V, class To>
+CRADLE_LANES void store_transposed(V* rows, const To& to) {
+  constexpr int n = kLanes<V>, half = n / 2;
+  constexpr auto lanes = std::make_index_sequence<n>{};
+  if constexpr (n < 4) {
+    if constexpr (n > 1) transpose<V, half>(rows, lanes);
+    CRADLE_UNROLLED
+    for (int l = 0; l < n; ++l) store(to(l), rows[l]);
+  } else {
+    constexpr auto of_half = std::make_index_sequence<half>{};
+    transpose<V, half / 2>(rows, lanes);
+    CRADLE_UNROLLED
+    for (int l = 0; l < half; ++l) {
+      store_halves<V>(to(l), to(l + half), rows[l], of_half);
+      store_halves<V>(to(l) + half, to(l + half) + half, rows[l + half], of_half);
+    }
+  }
+}
+
 /// Of `size` numbers that each lane points to, from `begin` on, those from `first` up to, not with,
 /// `end`, and what lies with them in a vector: the k-th of all lanes to `to[k]`. With a last part
 /// that begins earlier if need be.
@@ -359,9 +428,7 @@ CRADLE_LANES void load_columns(V* to, const double* const* lanes, int begin = 0)
   CRADLE_UNROLLED
   for (int part = first / n * n; part < end; part += n) {
     const int at = part < size - n ? part : size - n;
-    CRADLE_UNROLLED
-    for (int l = 0; l < n; ++l) to[at + l] = load<V>(lanes[l] + begin + at);
-    if constexpr (n > 1) transpose<V, n / 2>(to + at, std::make_index_sequence<n>{});
+    load_transposed(to + at, [&](int l) CRADLE_LAMBDA { return lanes[l] + begin + at; });
   }
 }
 

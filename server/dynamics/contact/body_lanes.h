@@ -19,10 +19,8 @@ CRADLE_LANES LineRows<V> load_run(const BodyLine* lines) {
   LineRows<V> rows;
   CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
-    V* const r = rows.r + part * n;
-    CRADLE_UNROLLED
-    for (int l = 0; l < n; ++l) r[l] = load<V>(numbers_of(lines + l) + part * n);
-    if constexpr (n > 1) transpose<V, n / 2>(r, std::make_index_sequence<n>{});
+    load_transposed(rows.r + part * n,
+                    [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l) + part * n; });
   }
   return rows;
 }
@@ -34,10 +32,8 @@ CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Trip
                           angular.y, angular.z, inverse_mass, inverse_moment};
   CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
-    V* const r = rows + part * n;
-    if constexpr (n > 1) transpose<V, n / 2>(r, std::make_index_sequence<n>{});
-    CRADLE_UNROLLED
-    for (int l = 0; l < n; ++l) store(numbers_of(lines + l) + part * n, r[l]);
+    store_transposed(rows + part * n,
+                     [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l) + part * n; });
   }
 }
 

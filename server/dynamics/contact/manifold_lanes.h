@@ -33,9 +33,8 @@ CRADLE_LANES void load_rows(V* rows, const BodyLine* lines, const std::int32_t* 
   constexpr int n = kLanes<V>;
   CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
-    CRADLE_UNROLLED
-    for (int l = 0; l < n; ++l) rows[part * n + l] = load<V>(numbers_of(lines + at[l]) + part * n);
-    if constexpr (n > 1) transpose<V, n / 2>(rows + part * n, std::make_index_sequence<n>{});
+    load_transposed(rows + part * n,
+                    [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]) + part * n; });
   }
 }
 template <class V>
@@ -59,9 +58,8 @@ CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twi
                        twist.angular.y, twist.angular.z, twist.inverse_mass, twist.inverse_moment};
   CRADLE_UNROLLED
   for (int part = 0; part < kLineDoubles / n; ++part) {
-    if constexpr (n > 1) transpose<V, n / 2>(r + part * n, std::make_index_sequence<n>{});
-    CRADLE_UNROLLED
-    for (int l = 0; l < n; ++l) store(numbers_of(lines + at[l]) + part * n, r[part * n + l]);
+    store_transposed(r + part * n,
+                     [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]) + part * n; });
   }
 }
 template <class V>

@@ -33,7 +33,7 @@ class PairParts {
 
  private:
   static constexpr std::size_t kParts = 16;
-  struct Part {
+  struct alignas(64) Part {  // a line of the cache each: threads write them side by side
     std::vector<BodyPair> found;
     std::int64_t seen = 0;
   };

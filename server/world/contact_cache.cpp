@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/collision/fetch.h"
+#include "server/collision/in_order.h"
 
 namespace cradle {
 
@@ -141,16 +142,17 @@ void ContactCache::begin() {
   std::swap(places_, last_places_);
   places_.resize(names_.size());
   from_.resize(names_.size());
+  is_new_.resize(names_.size());
   were_entries_ = std::exchange(are_entries_, false);
   is_gone_.assign(last_.size(), 1);
 }
 
-/// Which of these contacts were there last tick, and where; others have no place until they settle.
+/// Which of these contacts were there last tick, and where; others have no place until all settle.
 /// The first may be in the middle of its pair.
 void ContactCache::find(std::size_t begin, std::size_t end) {
   if (were_entries_) {
     std::ranges::fill(std::span(from_).subspan(begin, end - begin), -1);
-    std::ranges::fill(std::span(places_).subspan(begin, end - begin), -1);
+    std::ranges::fill(std::span(is_new_).subspan(begin, end - begin), 1);
     return;
   }
   const auto pair_of = [](const ContactName& name) { return name.pair; };
@@ -159,12 +161,13 @@ void ContactCache::find(std::size_t begin, std::size_t end) {
   for (std::size_t k = begin; k < end; ++k) {
     const ContactName& name = names_[k];
     while (old < last_.size() && last_[old].pair < name.pair) ++old;
-    from_[k] = places_[k] = -1;
+    from_[k] = -1;
+    is_new_[k] = 1;
     for (std::size_t m = old; m < last_.size() && last_[m].pair == name.pair; ++m) {
       if (last_[m].part != name.part) continue;
       from_[k] = static_cast<std::int32_t>(m);
       places_[k] = last_places_[m];
-      is_gone_[m] = 0;
+      is_new_[k] = is_gone_[m] = 0;
       break;
     }
   }
@@ -172,18 +175,15 @@ void ContactCache::find(std::size_t begin, std::size_t end) {
 
 /// Those that are new take the places of those that are gone, or new ones.
 void ContactCache::settle() {
-  for (std::size_t m = last_.size(); m-- > 0;) {
-    if (is_gone_[m] != 0) free_.push_back(last_places_[m]);
-  }
-  for (std::int32_t& place : places_) {
-    if (place >= 0) continue;
+  for_all_marked(is_gone_, [this](std::size_t m) { free_.push_back(last_places_[m]); });
+  for_all_marked(is_new_, [this](std::size_t k) {
     if (free_.empty()) {
       free_.push_back(static_cast<std::int32_t>(room_.size()));
       room_.emplace_back();
     }
-    place = free_.back();
+    places_[k] = free_.back();
     free_.pop_back();
-  }
+  });
 }
 
 void ContactCache::recall(std::size_t k, ContactMemory& memory) const {

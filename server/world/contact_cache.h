@@ -122,7 +122,7 @@ class ContactCache {
   std::vector<ContactName> names_, last_;
   std::vector<std::int32_t> places_, last_places_;  // of these
   std::vector<std::int32_t> from_;                  // of `names_` in `last_`; -1: it is new
-  std::vector<std::uint8_t> is_gone_;               // of `last_`
+  std::vector<std::uint8_t> is_new_, is_gone_;      // of `names_`; of `last_`
   std::vector<CachedForce> entries_;
   bool are_entries_ = false;   // what contacts carry now is in `entries_`
   bool were_entries_ = false;  // likewise, last tick

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/collision/fetch.h"
+#include "server/collision/in_order.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
@@ -18,32 +19,39 @@ void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
   std::swap(now_, last_);
   now_.resize(pairs.size());
   from_.resize(pairs.size());
+  is_new_.resize(pairs.size());
   is_gone_.assign(last_.size(), 1);
   for_chunks(executor, pairs.size(), kPairsChunk,
              [&](std::size_t, std::size_t begin, std::size_t end) {
                follow_some(pairs, ids, begin, end);
              });
-  std::size_t old = 0;
-  const auto release_until = [&](auto is_enough) {
-    for (; old < last_.size() && !is_enough(); ++old) {
-      if (is_gone_[old] != 0) release(last_.pairs[old]);
-    }
-  };
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    if (from_[k] >= 0) continue;
-    release_until([&] { return is_gone_[old] != 0 && last_.names[old] >= now_.names[k]; });
-    KeptPair& fresh = now_.pairs[k] = {};
+  gone_.clear();
+  for_all_marked(is_gone_, [this](std::size_t old) { gone_.push_back(old); });
+  auto next = gone_.cbegin();
+  for_all_marked(is_new_, [&](std::size_t k) {
+    for (; next != gone_.cend() && last_.names[*next] < now_.names[k]; ++next) release(*next);
     const auto a = static_cast<std::size_t>(pairs[k].a), b = static_cast<std::size_t>(pairs[k].b);
-    if (!is_worth_keeping(shapes[a].kind, shapes[b].kind)) continue;
-    if (free_.empty()) {
-      free_.push_back(static_cast<std::int32_t>(manifolds_.size()));
-      manifolds_.emplace_back();
-    }
-    fresh.place = free_.back();
-    free_.pop_back();
-    manifolds_[static_cast<std::size_t>(fresh.place)].n_A = Vector::Zero();
+    now_.pairs[k] = {};
+    if (is_worth_keeping(shapes[a].kind, shapes[b].kind)) now_.pairs[k].place = take_place();
+  });
+  for (; next != gone_.cend(); ++next) release(*next);
+}
+
+std::int32_t PairMemory::take_place() {
+  if (free_.empty()) {
+    free_.push_back(static_cast<std::int32_t>(manifolds_.size()));
+    manifolds_.emplace_back();
   }
-  release_until([] { return false; });
+  const std::int32_t place = free_.back();
+  free_.pop_back();
+  manifolds_[static_cast<std::size_t>(place)].n_A = Vector::Zero();
+  return place;
+}
+
+/// Of a pair of last tick.
+void PairMemory::release(std::size_t old) {
+  const std::int32_t place = last_.pairs[old].place;
+  if (place >= 0) free_.push_back(place);
 }
 
 /// Which pairs were there, and which are gone.
@@ -57,9 +65,10 @@ void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const st
     if (k == begin) old = std::lower_bound(last.cbegin(), last.cend(), name);
     while (old != last.cend() && *old < name) ++old;
     now_.names[k] = name;
-    const bool is_fresh = old == last.cend() || name < *old;
-    from_[k] = is_fresh ? -1 : static_cast<std::int32_t>(old - last.cbegin());
-    if (!is_fresh) is_gone_[static_cast<std::size_t>(old++ - last.cbegin())] = 0;
+    const bool is_new = old == last.cend() || name < *old;
+    is_new_[k] = is_new ? 1 : 0;
+    from_[k] = is_new ? -1 : static_cast<std::int32_t>(old - last.cbegin());
+    if (!is_new) is_gone_[static_cast<std::size_t>(old++ - last.cbegin())] = 0;
   }
 }
 
@@ -138,10 +147,6 @@ void PairMemory::take_up(std::span<const std::int64_t> ids) {
     return std::binary_search(ids.begin(), ids.end(), id);
   };
   move(put_by_, now_, [&](const PairName& pair) { return is_among(pair.a) || is_among(pair.b); });
-}
-
-void PairMemory::release(const KeptPair& pair) {
-  if (pair.place >= 0) free_.push_back(pair.place);
 }
 
 }  // namespace cradle

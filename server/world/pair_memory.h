@@ -134,15 +134,17 @@ class PairMemory {
   void follow_some(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
                    std::size_t begin, std::size_t end);
   KeptPair& taken_over(std::size_t k);
-  void release(const KeptPair& pair);
+  std::int32_t take_place();
+  void release(std::size_t old);
   /// Those for which `goes(name)`.
   template <class Goes>
   void move(KeptPairs& from, KeptPairs& to, const Goes& goes);
 
   KeptPairs now_, last_, put_by_;
-  KeptPairs moved_;                    ///< for move()
-  std::vector<std::int32_t> from_;     ///< by pair: where in last_ is what it keeps; -1: it is here
-  std::vector<std::uint8_t> is_gone_;  ///< by place in last_, for follow()
+  KeptPairs moved_;                 ///< for move()
+  std::vector<std::int32_t> from_;  ///< by pair: where in last_ is what it keeps; -1: it is here
+  std::vector<std::uint8_t> is_new_, is_gone_;  ///< by pair; by place in last_: for follow()
+  std::vector<std::size_t> gone_;               ///< places in last_, likewise
   LargeArray<KeptManifold> manifolds_;
   std::vector<std::int32_t> free_;  ///< places, the next to be taken last
 };

@@ -10,6 +10,7 @@
 #include "server/collision/bounds.h"
 #include "server/collision/broad_phase.h"
 #include "server/collision/collider.h"
+#include "server/collision/in_order.h"
 #include "server/collision/large_array.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
@@ -136,6 +137,9 @@ struct World::State {
   std::vector<std::uint8_t> moves;         ///< likewise
   std::vector<Plane> planes;
   std::vector<BodyPair> pairs;
+  std::vector<BodyPair> pairs_of_boxes;  ///< by number of collider; of them come `pairs`
+  std::vector<std::uint8_t> are_near;    ///< of these
+  InOrder in_order;
   BroadPhaseReport culling;
   LargeArray<Manifold> manifolds;         ///< one a pair; of convex shapes that touch
   std::vector<CompositePair> composites;  ///< the other pairs, in their order

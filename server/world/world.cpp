@@ -6,13 +6,12 @@
 #include <cmath>
 #include <utility>
 
-#include "server/collision/bounds.h"
 #include "server/collision/fetch.h"
 #include "server/collision/index.h"
 #include "server/collision/manifolds.h"
 #include "server/dynamics/rotation.h"
-#include "server/world/ball_pairs.h"
 #include "server/world/contact_material.h"
+#include "server/world/find_pairs.h"
 #include "server/world/flight.h"
 #include "server/world/impact_stops.h"
 #include "server/world/load_changes.h"
@@ -29,23 +28,16 @@ namespace {
 
 /// Worth a thread: enough to fill lanes several times.
 constexpr int kPairs = 64, kColliders = 32;
-constexpr std::size_t kConstraints = 256;     // at a time
+constexpr std::size_t kConstraints = 128;     // at a time
 constexpr std::size_t kConstraintsAhead = 3;  // of them, what is fetched before it is needed
 
 }  // namespace
 
 // The step's parts, in the order of the step.
 struct World::Steps {
-  static void list_colliders(State& s);
-  static void set_margins(State& s);
-  static void find_pairs(State& s, Executor& executor);
-  static void find_all_pairs(State& s, Executor& executor);
-  static void put_in_boxes(State& s, Executor& executor);
-  static void put_in_box(State& s, std::size_t k);
-  static void put_ball_in_box(State& s, std::size_t k, std::size_t i);
   static void collide(State& s, Executor& executor);
   static void list_composites(State& s);
-  static void list_touching(State& s);
+  static void list_touching(State& s, Executor& executor);
   static void list_contacts(State& s, Executor& executor);
   static void know_in_W(State& s, std::size_t i);
   static void prepare(State& s, Executor& executor);
@@ -94,7 +86,7 @@ StepReport World::Steps::advance(State& s, bool is_first, Executor& executor,
   foresee_impacts(s, executor);
 
   if (observer != nullptr) observer->enter(Phase::solve);
-  list_touching(s);
+  list_touching(s, executor);
   list_contacts(s, executor);
   find_shaken(s);
   prepare(s, executor);
@@ -113,132 +105,6 @@ StepReport World::Steps::advance(State& s, bool is_first, Executor& executor,
 StepReport World::step() {
   SerialExecutor here;
   return step(here);
-}
-
-/// Who can collide, and room for what they need. Others cost nothing from here on.
-void World::Steps::list_colliders(State& s) {
-  s.colliders.clear();
-  s.collider_ids.clear();
-  s.half_spaces.clear();
-  s.has_composites = false;
-  s.has_parts.assign(s.bodies.size(), 0);
-  s.reaches.resize(s.bodies.size());
-  for (std::size_t i = 0; i < s.bodies.size(); ++i) {
-    const ShapeKind kind = s.bodies.shape[i].kind;
-    if (kind != ShapeKind::none && s.can_collide(kind)) {
-      s.reaches[i] = s.reach(i);
-      s.has_parts[i] = is_composite(kind) ? 1 : 0;
-      s.has_composites |= is_composite(kind);
-      if (kind == ShapeKind::half_space) {
-        s.half_spaces.push_back(static_cast<std::int32_t>(s.colliders.size()));
-      }
-      s.colliders.push_back(static_cast<std::int32_t>(i));
-      s.collider_ids.push_back(s.bodies.id[i]);
-    }
-  }
-  s.boxes.resize(s.colliders.size());
-  s.reach_of_tick.resize(s.colliders.size());
-  s.moves.resize(s.colliders.size());
-  const std::size_t slots = s.colliders.empty() ? 0 : s.bodies.size();
-  s.poses.resize(slots);
-  s.turned.resize(slots);
-  s.turns.assign(slots, 0);
-  s.margins.resize(slots);
-  s.inverse_inertia_W.resize(slots);
-  forget_slots_of_sleepers(s);
-}
-
-/// How far ahead contacts are made: as before, unless bodies or gravity are new.
-void World::Steps::set_margins(State& s) {
-  const double at_rest = kSpeculativeMargin_m + s.dt * s.dt * s.gravity_W.norm();
-  if (!s.renumbered && at_rest == s.margin_at_rest) return;
-  s.margin_at_rest = at_rest;
-  s.margin_max = std::max(at_rest, kMarginOfThin_m);
-  for (const std::int32_t slot : s.colliders) {
-    const bool is_thin = s.fast.limits[index(slot)].thickness < kMarginOfThin_m;
-    s.margins[index(slot)] = is_thin ? s.margin_max : at_rest;
-  }
-}
-
-/// Boxes that hold each body over the whole tick, and the pairs of them that overlap.
-void World::Steps::find_pairs(State& s, Executor& executor) {
-  if (s.renumbered) {
-    list_colliders(s);
-    list_dragged(s);
-    measure_fast_limits(s);
-    list_balls(s);
-  }
-  set_margins(s);
-  begin_fast_bodies(s);
-  begin_balls(s, executor);
-  s.planes.clear();
-  put_in_boxes(s, executor);
-  for (const std::int32_t slot : s.colliders) {
-    if (s.fast.is_fast[index(slot)] != 0) list_fast(s, index(slot));
-  }
-  for (const std::int32_t k : s.half_spaces) {
-    const std::size_t i = index(s.colliders[index(k)]);
-    if (s.bodies.quarantined[i] != 0) continue;
-    const Vector normal = s.poses[i].R.col(2);
-    s.planes.push_back({k, normal, normal.dot(s.poses[i].x)});
-  }
-  if (s.balls.are_apart) find_pairs_beside_balls(s, executor);
-  if (!s.balls.are_apart) find_all_pairs(s, executor);
-  std::size_t near = 0;  // pairs of boxes that meet by their corners alone are none
-  for (const auto [k, m] : s.pairs) {
-    const bool is_apart = s.reach_of_tick[index(k)].is_apart(s.reach_of_tick[index(m)]);
-    s.pairs[near] = {s.colliders[index(k)], s.colliders[index(m)]};
-    near += is_apart ? 0 : 1;
-  }
-  s.pairs.resize(near);
-  s.renumbered = false;
-}
-
-/// Of colliders, by number.
-void World::Steps::find_all_pairs(State& s, Executor& executor) {
-  const bool renumbered = s.renumbered || std::exchange(s.balls.was_told_of_some, false);
-  s.culling = s.broad_phase->find_pairs(
-      {s.boxes, s.moves, s.planes, renumbered, s.collider_ids, &executor}, s.pairs);
-}
-
-/// All but slow balls among themselves: nobody asks how these are turned, or for their boxes.
-void World::Steps::put_in_boxes(State& s, Executor& executor) {
-  if (!s.balls.are_apart || !s.balls.are_slow) {
-    for_each_index(executor, s.colliders.size(), kColliders,
-                   [&s](std::size_t k) { put_in_box(s, k); });
-    return;
-  }
-  const std::span<const std::int32_t> others = s.balls.others.colliders;
-  for_each_index(executor, others.size(), kColliders,
-                 [&](std::size_t k) { put_in_box(s, index(others[k])); });
-}
-
-/// Of a collider, by its number.
-void World::Steps::put_in_box(State& s, std::size_t k) {
-  const std::size_t i = index(s.colliders[k]);
-  if (s.balls.could_fly(i)) return put_ball_in_box(s, k, i);
-  s.moves[k] = moves_for_pairs(s, i) ? 1 : 0;
-  if (s.bodies.is_asleep(i) && s.sleepers.is_box_known[i] != 0) return;
-  s.sleepers.is_box_known[i] = s.bodies.is_asleep(i) ? 1 : 0;
-  s.reach_of_tick[k] = {};
-  const BodyFrame B = s.bodies.frame(i);
-  const Pose now{B.p_WBo, B.q_WB.toRotationMatrix()};
-  s.turned[i] += way_of_turning(s.poses[i].R, now.R, s.reaches[i]);
-  s.poses[i] = now;
-  s.turns[i] = nearer_by_turning(s, i);
-  s.boxes[k] = {};
-  if (s.bodies.quarantined[i] != 0 || s.bodies.shape[i].kind == ShapeKind::half_space) return;
-  s.boxes[k] = box_over_tick(s, i);
-  if (s.fast.is_fast[i] != 0) return;
-  s.reach_of_tick[k] = {now.x, s.reaches[i] + s.margins[i] + s.dt * s.bodies.v[i].norm()};
-}
-
-/// Of one that could take part in the impacts of this tick.
-void World::Steps::put_ball_in_box(State& s, std::size_t k, std::size_t i) {
-  show_ball(s, k, i);
-  take_pose_of_ball(s, i);
-  if (!s.balls.are_slow) note_if_fast(s, i);
-  if (!s.balls.are_apart) s.boxes[k] = box_of_ball(s, s.balls.ball(i));
 }
 
 /// The manifolds of all pairs, also of what may touch before the tick ends.
@@ -288,23 +154,41 @@ void World::Steps::list_composites(State& s) {
 }
 
 /// All manifolds with points, in the order of their pairs.
-void World::Steps::list_touching(State& s) {
-  std::size_t most = s.pairs.size(), count = 0, next = 0;
-  for (std::size_t k = 0; k < s.composites_used; ++k) most += s.composites[k].manifolds.size();
-  s.touching.resize(most);
-  auto meeting = s.fast.meetings.cbegin();
-  for (std::size_t k = 0; k < s.pairs.size(); ++k) {
-    const bool is_ahead = meeting != s.fast.meetings.cend() && meeting->pair == k;
-    const Meeting* ahead = is_ahead ? &*meeting++ : nullptr;
-    s.touching[count] = {s.pairs[k], &s.manifolds[k], ahead};  // counts if it touches
-    count += s.is_touching[k];
-    if (next == s.composites_used || s.composites[next].pair != k) continue;
-    for (const Manifold& manifold : s.composites[next].manifolds) {
-      s.touching[count++] = {s.pairs[k], &manifold, ahead};
+void World::Steps::list_touching(State& s, Executor& executor) {
+  const std::span composites = std::span(s.composites).first(s.composites_used);
+  const auto composites_from = [composites](std::size_t pair) {
+    return std::ranges::lower_bound(composites, pair, {}, &CompositePair::pair);
+  };
+  const auto number = [&](std::size_t begin, std::size_t end) {
+    std::size_t count = 0;
+    for (std::size_t k = begin; k < end; ++k) count += s.is_touching[k];
+    for (auto it = composites_from(begin); it != composites.end() && it->pair < end; ++it) {
+      count += it->manifolds.size();
     }
-    ++next;
-  }
-  s.touching.resize(count);
+    return count;
+  };
+  const auto write = [&](std::size_t begin, std::size_t end, std::size_t to) {
+    auto meeting = std::ranges::lower_bound(s.fast.meetings, begin, {}, &Meeting::pair);
+    const auto add = [&](std::size_t k, const Manifold& manifold) {
+      while (meeting != s.fast.meetings.end() && meeting->pair < k) ++meeting;
+      const bool is_ahead = meeting != s.fast.meetings.end() && meeting->pair == k;
+      s.touching[to++] = {s.pairs[k], &manifold, is_ahead ? &*meeting : nullptr};
+    };
+    auto composite = composites_from(begin);
+    const auto add_composites_before = [&](std::size_t k) {
+      for (; composite != composites.end() && composite->pair < k; ++composite) {
+        for (const Manifold& manifold : composite->manifolds) add(composite->pair, manifold);
+      }
+    };
+    for_marked(s.is_touching, begin, end, [&](std::size_t k) {
+      add_composites_before(k);
+      add(k, s.manifolds[k]);
+    });
+    add_composites_before(end);
+  };
+  s.in_order.list(
+      executor, s.pairs.size(), number, [&s](std::size_t count) { s.touching.resize(count); },
+      write);
 }
 
 /// Who is in contact: these bodies are sub-stepped, with all that acts on them known in W.
@@ -369,7 +253,7 @@ void World::Steps::prepare(State& s, Executor& executor) {
   for_chunks(executor, s.touching.size(), kConstraints,
              [&](std::size_t part, std::size_t begin, std::size_t end) {
                ContactMemory last_tick;
-               Overlaps& overlaps = s.overlaps_of_parts[part] = {};
+               Overlaps overlaps;
                for (std::size_t k = begin; k < end; ++k) {
                  if (k + kConstraintsAhead < end) expect_contact(s, k + kConstraintsAhead);
                  ContactConstraint& c = s.contacts[k];
@@ -385,6 +269,7 @@ void World::Steps::prepare(State& s, Executor& executor) {
                  if (!s.settings.collides_twice) continue;
                  overlaps.closing_mps = std::max(overlaps.closing_mps, closing_speed(c, bodies));
                }
+               s.overlaps_of_parts[part] = overlaps;
              });
   s.overlaps = {};
   for (const Overlaps& part : s.overlaps_of_parts) s.overlaps.add(part);

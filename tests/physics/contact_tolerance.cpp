@@ -287,7 +287,7 @@ TEST_CASE("islands taken from others are numbered as if they had been found alon
     whole.find(tick, slots, all);
     std::vector<std::uint8_t> are_taken(whole.count());
     for (std::uint8_t& is_taken : are_taken) is_taken = random() % 2;
-    part.take(whole, are_taken, moving, all, part_moving, part_constraints);
+    part.take(serial_executor, whole, are_taken, moving, all, part_moving, part_constraints);
 
     std::vector<std::int32_t> expected_moving;
     for (std::size_t k = 0; k < moving.size(); ++k) {

@@ -14,7 +14,7 @@ constexpr BlockKind kKinds[] = {
     {1, false, false}, {2, false, false}, {4, false, false}, {2, true, false}, {4, true, false}};
 constexpr std::int32_t kRoundKinds = 5;
 static_assert(std::size(kKinds) == kBlockKinds);
-constexpr int kLooksWorthAThread = 128;  // of some nanoseconds
+constexpr std::size_t kLooks = 256;  // that one thread takes at a time, of some nanoseconds
 
 /// Of no colour: with a block each.
 bool is_single(std::size_t group) { return group >= std::size_t{kBlockKinds} * kColours; }
@@ -44,8 +44,9 @@ bool is_idle(const ContactConstraint& c) { return (c.carrying == 0) & !c.is_met;
 void BlockPlan::make(Executor& executor, std::span<ContactConstraint* const> constraints,
                      const BodyLines& bodies) {
   const TaskTree& tree = bodies.tasks();
+  tasks_.assign(tree.tasks(), {});
   look_at_all(executor, constraints, bodies);
-  sort_by_task(constraints, tree);
+  sort_by_task(executor, constraints);
   colouring_.begin(bodies.moving());
   for (std::size_t level = 0; level < tree.levels(); ++level) {
     for_each_index(executor, index(tree.end(level) - tree.begin(level)), 1, [&](std::size_t k) {
@@ -60,55 +61,71 @@ void BlockPlan::make(Executor& executor, std::span<ContactConstraint* const> con
                  [&](std::size_t task) { place(static_cast<std::int32_t>(task)); });
 }
 
-/// At each by itself.
+/// At each by itself; and how many each part has of each task, and in the last column how many of
+/// its constraints turn heavily.
 void BlockPlan::look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                             const BodyLines& bodies) {
   looks_.resize(constraints.size());
-  for_each_index(executor, constraints.size(), kLooksWorthAThread, [&](std::size_t k) {
-    expect_next(constraints, k);
-    const ContactConstraint& c = *constraints[k];
-    const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
-    looks_[k] = {{bodies.yields(a) ? a : -1, bodies.yields(b) ? b : -1},
-                 bodies.task_of(a, b),
-                 kind_of(c, bodies.is_in_heap(a, b), bodies.are_round(a, b)),
-                 is_idle(c) ? idle : busy,
-                 c.is_ahead,
-                 c.turns_heavily()};
-  });
+  numbers_.assign(chunks_of(constraints.size(), kLooks) * columns(), 0);
+  for_chunks(executor, constraints.size(), kLooks,
+             [&](std::size_t part, std::size_t begin, std::size_t end) {
+               const std::span<std::size_t> numbers = numbers_of(part);
+               for (std::size_t k = begin; k < end; ++k) {
+                 expect_next(constraints, k);
+                 looks_[k] = look_at(*constraints[k], bodies);
+                 if (looks_[k].is_ahead) continue;
+                 ++numbers[index(looks_[k].task)];
+                 numbers.back() += looks_[k].turns_heavily ? 1 : 0;
+               }
+             });
 }
 
-/// By counting.
-void BlockPlan::sort_by_task(std::span<ContactConstraint* const> constraints,
-                             const TaskTree& tree) {
-  tasks_.assign(tree.tasks(), {});
+BlockPlan::Look BlockPlan::look_at(const ContactConstraint& c, const BodyLines& bodies) {
+  const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
+  return {{bodies.yields(a) ? a : -1, bodies.yields(b) ? b : -1},
+          bodies.task_of(a, b),
+          kind_of(c, bodies.is_in_heap(a, b), bodies.are_round(a, b)),
+          is_idle(c) ? idle : busy,
+          c.is_ahead,
+          c.turns_heavily()};
+}
+
+/// By counting: from here on `numbers_` tells where the next one of a part goes.
+void BlockPlan::sort_by_task(Executor& executor, std::span<ContactConstraint* const> constraints) {
+  const std::size_t parts = chunks_of(constraints.size(), kLooks);
+  const auto take_places = [&](std::size_t column, std::size_t next) {
+    for (std::size_t part = 0; part < parts; ++part) {
+      std::size_t& number = numbers_of(part)[column];
+      next += std::exchange(number, next);
+    }
+    return next;
+  };
   std::size_t count = 0;
-  for (const Look& look : looks_) {
-    if (look.is_ahead) continue;
-    ++at(tasks_, look.task).end;
-    ++count;
+  for (std::size_t number = 0; number < tasks_.size(); ++number) {
+    tasks_[number].begin = count;
+    tasks_[number].end = count = take_places(number, count);
   }
-  std::size_t next = 0;
-  for (Task& task : tasks_) {
-    task.begin = next;
-    next += std::exchange(task.end, next);
-  }
+  heavy_.resize(take_places(tasks_.size(), 0));
   sources_.resize(count);
   pairs_.resize(count);
   kinds_.resize(count);
   idleness_.resize(count);
   colours_.resize(count);
   places_.resize(count);
-  heavy_.clear();
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    const Look& look = looks_[k];
-    if (look.is_ahead) continue;
-    const std::size_t to = at(tasks_, look.task).end++;
-    sources_[to] = constraints[k];
-    pairs_[to] = look.bodies;
-    kinds_[to] = look.kind;
-    idleness_[to] = look.idleness;
-    if (look.turns_heavily) heavy_.push_back(static_cast<std::int32_t>(to));
-  }
+  for_chunks(executor, constraints.size(), kLooks,
+             [&](std::size_t part, std::size_t begin, std::size_t end) {
+               const std::span<std::size_t> next = numbers_of(part);
+               for (std::size_t k = begin; k < end; ++k) {
+                 const Look& look = looks_[k];
+                 if (look.is_ahead) continue;
+                 const std::size_t to = next[index(look.task)]++;
+                 sources_[to] = constraints[k];
+                 pairs_[to] = look.bodies;
+                 kinds_[to] = look.kind;
+                 idleness_[to] = look.idleness;
+                 if (look.turns_heavily) heavy_[next.back()++] = static_cast<std::int32_t>(to);
+               }
+             });
 }
 
 void BlockPlan::colour(std::int32_t number) {

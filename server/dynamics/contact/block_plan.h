@@ -91,7 +91,12 @@ class BlockPlan {
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
-  void sort_by_task(std::span<ContactConstraint* const> constraints, const TaskTree& tree);
+  static Look look_at(const ContactConstraint& c, const BodyLines& bodies);
+  void sort_by_task(Executor& executor, std::span<ContactConstraint* const> constraints);
+  std::size_t columns() const { return tasks_.size() + 1; }
+  std::span<std::size_t> numbers_of(std::size_t part) {
+    return std::span(numbers_).subspan(part * columns(), columns());
+  }
   void colour(std::int32_t task);
   void share_groups();
   void count_groups(std::int32_t task);
@@ -104,7 +109,8 @@ class BlockPlan {
   std::span<Group> groups_of(std::int32_t task);
 
   Colouring colouring_;
-  std::vector<Look> looks_;  // of all constraints
+  std::vector<Look> looks_;           // of all constraints
+  std::vector<std::size_t> numbers_;  // of them, by part and column: look_at_all, sort_by_task
   std::vector<Task> tasks_;
   std::vector<TaskLevel> levels_;
   std::vector<Group> groups_;  // by task, those of the colours that it has

@@ -35,10 +35,12 @@ double BodyLines::energy_given(std::int32_t line, const Vector& v_before,
 }
 
 void BodyLines::forgive_struck() {
-  for (const std::int32_t line : tumbling_) {
-    const BodyLine& free = at(frees_, line);
-    at(gains_, line) = energy_given(line, linear(free), angular(free));
-  }
+  for_moving([&](std::int32_t begin, std::int32_t end) {
+    for (const std::int32_t line : part_of(tumbling_, begin, end)) {
+      const BodyLine& free = at(frees_, line);
+      at(gains_, line) = energy_given(line, linear(free), angular(free));
+    }
+  });
   add_up(gains_, gains_of_islands_);
   bool is_any_struck = false;
   for (std::int32_t line = 0; line < moving_; ++line) {

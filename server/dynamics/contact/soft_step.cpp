@@ -109,6 +109,7 @@ class SoftStep final : public SoftSolver {
   void look_at_islands() {
     has_past_.assign(islands_->count(), 0);
     sizes_.assign(islands_->count(), 0);
+    contacts_.assign(islands_->count(), 0);
     excess_.assign(islands_->count(), 0);
     pasts_.assign(islands_->count(), Past::none);
     lies_askew_.assign(islands_->count(), 0);
@@ -121,6 +122,7 @@ class SoftStep final : public SoftSolver {
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       const Look& look = looks_[k];
       const std::size_t island = islands_->of_constraint(k);
+      ++contacts_[island];
       has_past_[island] |= look.was_pressed;
       if (look.is_known) pasts_[island] = Past::lasts;
       lies_askew_[island] |= look.is_askew;
@@ -282,11 +284,10 @@ class SoftStep final : public SoftSolver {
     for (std::size_t i = 0; i < islands_->count(); ++i) {
       const auto choice = std::ranges::lower_bound(choices, sub_steps_[i]) - choices.begin();
       batch_of_[i] = number(static_cast<std::size_t>(choice), pasts_[i]);
-      ++batches_[batch_of_[i]].islands;
-      batches_[batch_of_[i]].moving_end += static_cast<std::size_t>(sizes_[i]);
-    }
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
-      ++batches_[batch_of_[islands_->of_constraint(k)]].chosen_end;
+      Batch& batch = batches_[batch_of_[i]];
+      ++batch.islands;
+      batch.moving_end += static_cast<std::size_t>(sizes_[i]);
+      batch.chosen_end += static_cast<std::size_t>(contacts_[i]);
     }
     std::size_t moving = 0, chosen = 0;
     for (Batch& batch : batches_) {  // until now `_end` has a number, from here on the next place
@@ -438,6 +439,7 @@ class SoftStep final : public SoftSolver {
   std::vector<std::uint8_t> is_heap_;
   std::vector<int> excess_;     // of deep contacts over others, by island
   std::vector<int> sizes_;      // bodies, by island
+  std::vector<int> contacts_;   // likewise
   std::vector<int> sub_steps_;  // by island
   std::vector<double> gives_;   // s^2, by island
   std::vector<std::array<double, kManifoldPoints>> gaps_;  // m, of a batch: s0 of its points

@@ -1,6 +1,12 @@
 #include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
+namespace {
+
+/// Worth a thread, of some nanoseconds each; islands of some, of less.
+constexpr int kLooks = 128, kIslands = 1024;
+
+}  // namespace
 
 void TickIslands::find(const ContactTick& tick, std::size_t slots,
                        std::span<ContactConstraint* const> constraints) {
@@ -8,18 +14,18 @@ void TickIslands::find(const ContactTick& tick, std::size_t slots,
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
     number_[static_cast<std::size_t>(tick.moving[k])] = static_cast<std::int32_t>(k);
   }
-  pairs_.clear();
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
+  pairs_.resize(constraints.size());
+  for_each_index(*tick.executor, constraints.size(), kLooks, [&](std::size_t k) {
     expect_next(constraints, k);
     const ContactConstraint& c = *constraints[k];
-    pairs_.push_back(
-        {number_[static_cast<std::size_t>(c.a)], number_[static_cast<std::size_t>(c.b)]});
-  }
+    pairs_[k] = {number_[static_cast<std::size_t>(c.a)], number_[static_cast<std::size_t>(c.b)]};
+  });
   Islands::find(pairs_, tick.moving.size());
-  find_constraints();
+  find_constraints(*tick.executor);
 }
 
-void TickIslands::take(const TickIslands& all, std::span<const std::uint8_t> are_taken,
+void TickIslands::take(Executor& executor, const TickIslands& all,
+                       std::span<const std::uint8_t> are_taken,
                        std::span<const std::int32_t> moving,
                        std::span<ContactConstraint* const> constraints,
                        std::vector<std::int32_t>& taken_moving,
@@ -42,15 +48,15 @@ void TickIslands::take(const TickIslands& all, std::span<const std::uint8_t> are
     pairs_.push_back({number_here(all.pairs_[k].a), number_here(all.pairs_[k].b)});
     taken_constraints.push_back(constraints[k]);
   }
-  find_constraints();
+  find_constraints(executor);
 }
 
-void TickIslands::find_constraints() {
+void TickIslands::find_constraints(Executor& executor) {
   island_of_constraint_.resize(pairs_.size());
-  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+  for_each_index(executor, pairs_.size(), kIslands, [&](std::size_t k) {
     const auto [a, b] = pairs_[k];
     island_of_constraint_[k] = static_cast<std::int32_t>(of(a >= 0 ? a : b));
-  }
+  });
 }
 
 }  // namespace cradle

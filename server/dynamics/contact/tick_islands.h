@@ -14,7 +14,7 @@ class TickIslands : public Islands {
             std::span<ContactConstraint* const> constraints);
   /// Those of `all` for which `are_taken[island]`: as `find` would number them by themselves.
   /// `moving` and `constraints` are what `all` was found for, and become what is taken of it.
-  void take(const TickIslands& all, std::span<const std::uint8_t> are_taken,
+  void take(Executor& executor, const TickIslands& all, std::span<const std::uint8_t> are_taken,
             std::span<const std::int32_t> moving, std::span<ContactConstraint* const> constraints,
             std::vector<std::int32_t>& taken_moving,
             std::vector<ContactConstraint*>& taken_constraints);
@@ -28,7 +28,7 @@ class TickIslands : public Islands {
   }
 
  private:
-  void find_constraints();
+  void find_constraints(Executor& executor);
 
   std::vector<std::int32_t> number_;
   std::vector<ColouredPair> pairs_;

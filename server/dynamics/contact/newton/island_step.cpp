@@ -140,7 +140,7 @@ void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W) {
     are_of_fate_.resize(fates_.size());
     std::ranges::transform(fates_, are_of_fate_.begin(),
                            [fate](Fate own) { return std::uint8_t{own == fate}; });
-    part_.take(islands_, are_of_fate_, tick_.moving, all_, moving_, chosen_);
+    part_.take(*tick_.executor, islands_, are_of_fate_, tick_.moving, all_, moving_, chosen_);
     ContactTick tick = tick_;
     tick.moving = moving_;
     if (fate == Fate::soft) {

@@ -16,7 +16,7 @@
 namespace cradle {
 namespace {
 
-const SubStep kStep{1.0 / 240, 0.3, 4, softness_of(1.0 / 240)};
+const SubStep kStep{1.0 / 240, 240, 0.3, 4, softness_of(1.0 / 240)};
 
 /// Balls, bricks, capsules and rods that fall on each other, on the ground and on a platform that
 /// moves.

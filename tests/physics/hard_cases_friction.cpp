@@ -44,7 +44,7 @@ TEST_CASE("P33: one contact is solved as its equations say") {
     lines.begin(body.tick(), body.arrays(), body.inverse_inertia_W);
     SingleContact contact(body.contact[0], lines);
     const ConstraintPoint& p = body.contact[0].points[0];
-    const SubStep step{0.01, 0, 0, {}};
+    const SubStep step{0.01, 100, 0, 0, {}};
     contact.relax(step);
     // A sweep works along the tangents with the larger response, 12: the other one has done a third
     // of its way, and two thirds of what is left at each sweep more.

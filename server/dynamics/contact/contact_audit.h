@@ -26,7 +26,7 @@ CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& st
   const Triple<V> Vc = bodies.V_at_centre(), W = bodies.B.angular - bodies.A.angular;
   const V Vn = dot(f.n, Vc), V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
   const V Wn = dot(f.n, W), W1 = dot(f.t1, W), W2 = dot(f.t2, W);
-  const V haste = at<V>(c.gap_haste, lane) / step.h, friction = at<V>(c.friction, lane);
+  const V haste = step.rate * at<V>(c.gap_haste, lane), friction = at<V>(c.friction, lane);
   const V share = 1 / (1 + friction * friction);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {

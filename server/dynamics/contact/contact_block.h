@@ -81,7 +81,7 @@ struct BodyRun {
 };
 
 struct SubStep {
-  double h;  ///< s
+  double h, rate;  ///< s, and how many there are in one
   double push_speed, push_rate;
   Softness soft;
 };

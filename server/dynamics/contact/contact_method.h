@@ -213,7 +213,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
-  const V haste = at<V>(c.gap_haste, lane) / step.h;
+  const V haste = step.rate * at<V>(c.gap_haste, lane);
   if (are_idle<V, points>(c, lane, vn, haste)) return;
   const Soft<V> soft{fill<V>(step.soft.mass_scale), fill<V>(step.soft.impulse_scale),
                      fill<V>(step.soft.bias_rate)};
@@ -346,7 +346,7 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, f, bodies, vn);
-  const V haste = at<V>(c.gap_haste, lane) / step.h;
+  const V haste = step.rate * at<V>(c.gap_haste, lane);
   if (are_idle<V, points>(c, lane, vn, haste)) return;
   Wrench<V, points> wrench;
   decltype(vn[0] == vn[0]) is_done{};

@@ -77,7 +77,7 @@ void press(ContactConstraint& c, double give, double& sag) {
 }
 
 SubStep sub_step_of(double h) {
-  return {h, kSoftTolerances.push_speed, kSoftTolerances.push_rate, softness_of(h)};
+  return {h, 1 / h, kSoftTolerances.push_speed, kSoftTolerances.push_rate, softness_of(h)};
 }
 
 }  // namespace

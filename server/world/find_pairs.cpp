@@ -5,6 +5,7 @@
 
 #include "server/collision/index.h"
 #include "server/collision/kept_manifold.h"
+#include "server/collision/surface.h"
 #include "server/world/ball_pairs.h"
 #include "server/world/fast_bodies.h"
 #include "server/world/flight.h"
@@ -22,6 +23,7 @@ void list_colliders(World::State& s) {
   s.collider_ids.clear();
   s.half_spaces.clear();
   s.has_composites = false;
+  s.surfaces = 0;
   s.has_parts.assign(s.bodies.size(), 0);
   s.reaches.resize(s.bodies.size());
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
@@ -30,6 +32,7 @@ void list_colliders(World::State& s) {
       s.reaches[i] = s.reach(i);
       s.has_parts[i] = is_composite(kind) ? 1 : 0;
       s.has_composites |= is_composite(kind);
+      s.surfaces += is_surface(kind) ? 1 : 0;
       if (kind == ShapeKind::half_space) {
         s.half_spaces.push_back(static_cast<std::int32_t>(s.colliders.size()));
       }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/collision/box_tree.h"
+#include "server/collision/in_order.h"
 #include "server/collision/index.h"
 #include "server/collision/pair_rules.h"
 #include "server/dynamics/rotation.h"
@@ -16,6 +17,7 @@ namespace cradle {
 namespace {
 
 constexpr int kSweepsMax = 16;
+constexpr int kLooks = 128;  // worth a thread, of some tens of nanoseconds
 
 using Mover = ImpactStops::Mover;
 using Candidate = ImpactStops::Candidate;
@@ -53,6 +55,15 @@ class Stops {
     });
   }
 
+  /// By contacts: it was not fast before.
+  bool went_far(std::size_t i) const {
+    if (s_.fast.is_fast[i] != 0 || is_lost(i)) return false;
+    Path rough;
+    rough.travel = s_.bodies.x[i] - (s_.poses[i].x + s_.poses[i].R * s_.bodies.p_BoBcm[i]);
+    rough.turn = s_.dt * s_.bodies.w[i];
+    return is_far(s_, i, rough);
+  }
+
   /// What was fast when it began, and what contacts have made so.
   void list_movers() {
     FastBodies& fast = s_.fast;
@@ -62,17 +73,16 @@ class Stops {
       movers_.push_back({i, travelled(s_, i, fast.w_start[m]), s_.bodies.in_contact[i] == 0,
                          fast.v_start[m], fast.w_start[m]});
     }
-    for (const std::int32_t slot : s_.moving) {
-      const std::size_t i = index(slot);
-      if (fast.is_fast[i] != 0 || is_lost(i)) continue;
-      Path rough;
-      rough.travel = s_.bodies.x[i] - (s_.poses[i].x + s_.poses[i].R * s_.bodies.p_BoBcm[i]);
-      rough.turn = s_.dt * s_.bodies.w[i];
-      if (!is_far(s_, i, rough)) continue;
+    memory_.went_far.resize(s_.moving.size());
+    for_each_index(executor_, s_.moving.size(), kLooks, [this](std::size_t k) {
+      memory_.went_far[k] = went_far(index(s_.moving[k])) ? 1 : 0;
+    });
+    for_all_marked(memory_.went_far, [&](std::size_t k) {
+      const std::size_t i = index(s_.moving[k]);
       fast.is_fast[i] = 1;
       fast.any = true;
       movers_.push_back({i, travelled(s_, i, s_.bodies.w[i]), false, {}, {}});
-    }
+    });
     std::sort(movers_.begin(), movers_.end(),
               [](const Mover& one, const Mover& other) { return one.slot < other.slot; });
   }

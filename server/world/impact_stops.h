@@ -44,7 +44,8 @@ struct ImpactStops {
     double time = 1;      // of the hit that was found
   };
 
-  std::vector<Mover> movers;  ///< ascending
+  std::vector<std::uint8_t> went_far;  ///< of those in contact, in their order
+  std::vector<Mover> movers;           ///< ascending
   std::vector<Candidate> candidates;
   std::vector<std::size_t> leavers;  ///< places among the colliders
   std::vector<BodyPair> pairs;       ///< of them

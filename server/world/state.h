@@ -125,6 +125,7 @@ struct World::State {
   std::vector<std::int32_t> colliders;     ///< slots of bodies that can touch, ascending
   std::vector<std::int64_t> collider_ids;  ///< of them
   bool has_composites = false;             ///< among them
+  int surfaces = 0;                        ///< likewise: meshes and height fields
   std::vector<std::uint8_t> has_parts;     ///< by slot: may touch with more than one manifold
   std::vector<std::int32_t> half_spaces;   ///< numbers of the colliders that are
   std::vector<double> reaches;             ///< m, by slot: radii of balls about Bo that hold them

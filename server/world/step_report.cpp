@@ -44,7 +44,7 @@ StepReport report_of(const World::State& s) {
   report.stopped_at_impact = s.fast.stopped;
   report.impacts_unresolved = s.fast.unresolved;
   report.spins_cut = s.spins_cut;
-  for (std::size_t k = 0; k < s.composites_used; ++k) {
+  for (std::size_t k = 0; k < s.composites_used && s.surfaces > 1; ++k) {
     const BodyPair& pair = s.pairs[s.composites[k].pair];
     report.surfaces_passing += is_surface(s.bodies.shape[index(pair.a)].kind) &&
                                is_surface(s.bodies.shape[index(pair.b)].kind);

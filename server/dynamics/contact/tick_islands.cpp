@@ -3,7 +3,8 @@
 namespace cradle {
 namespace {
 
-/// Worth a thread, of some nanoseconds each; islands of some, of less.
+/// Worth a thread: constraints to look at, of some nanoseconds each; and to tell the island of, of
+/// less.
 constexpr int kLooks = 128, kIslands = 1024;
 
 }  // namespace

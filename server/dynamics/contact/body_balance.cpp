@@ -26,7 +26,7 @@ void BodyLines::take_means(double h) {
     const Vector w_W =
         goes_with_axis ? Vector(turning.frame * w_mean)
         : state.tumbles
-            ? Vector(bodies_.q[state.slot] * Vector(turning.R_start.transpose() * w_mean))
+            ? Vector(turning.q * Vector(turning.R_start.transpose() * w_mean))
             : w_mean;
     work_of_torques_ += h * bodies_.torque[state.slot].dot(w_W);
   }

@@ -17,6 +17,7 @@ void BodyLines::begin(const ContactTick& tick, const BodyArrays& bodies,
   islands_count_ = tick.islands_count;
   heaps_ = tick.heaps;
   domains_ = tick.domains;
+  places_ = tick.places;
   tasks_ = TaskTree(tick.domains_count);
   moving_ = static_cast<std::int32_t>(tick.moving.size());
   driven_ = static_cast<std::int32_t>(tick.driven.size());
@@ -102,7 +103,8 @@ void BodyLines::begin_line(std::int32_t line, bool rests, const Matrix& inverse_
   if (state.is_twisted && !state.tumbles) angular(load) = inverse_inertia_W * bodies_.torque[i];
   Turning& turning = at(turnings_, line);
   if (!state.tumbles) return;
-  turning.R_start = bodies_.q[i].toRotationMatrix();
+  turning.q = bodies_.q[i];
+  turning.R_start = turning.q.toRotationMatrix();
   turning.axial_share = bodies_.axial_share.empty() ? 0 : bodies_.axial_share[i];
   if (turning.axial_share == 0) return;
   Eigen::Index along = 0;
@@ -134,7 +136,7 @@ Vector BodyLines::free_turn(const State& state, const Turning& turning, const Ve
   }
   Vector w_B = gyroscopic_step(R.transpose() * w, bodies_.inertia[state.slot], h);
   if (state.is_twisted) {
-    const Vector torque_B = bodies_.q[state.slot].conjugate() * bodies_.torque[state.slot];
+    const Vector torque_B = turning.q.conjugate() * bodies_.torque[state.slot];
     w_B += h * inverse_inertia.cwiseProduct(torque_B);
   }
   return R * w_B;
@@ -180,14 +182,13 @@ void BodyLines::strike(std::int32_t line, const Vector& dv, const Vector& dw, do
   BodyLine& motion = at(motions_, line);
   linear(motion) -= t * dv;
   angular(motion) -= t * dw;
-  if (state.tumbles) turn(state, at(turnings_, line), dw, -t);
+  if (state.tumbles) turn(at(turnings_, line), dw, -t);
 }
 
 /// The attitude of a body with unequal moments.
-void BodyLines::turn(const State& state, Turning& turning, const Vector& w, double h) {
-  Rotation& q = bodies_.q[state.slot];
+void BodyLines::turn(Turning& turning, const Vector& w, double h) {
   if (turning.axial_share == 0) {
-    q = normalised(q * rotation_exp(h * (turning.R_start.transpose() * w)));
+    turning.q = normalised(turning.q * rotation_exp(h * (turning.R_start.transpose() * w)));
     return;
   }
   const double unseen = (1 - turning.axial_share) * turning.axis.dot(w);
@@ -198,13 +199,13 @@ void BodyLines::turn(const State& state, Turning& turning, const Vector& w, doub
 void BodyLines::displace(std::int32_t line, const BodyLine& by) {
   twist(at(motions_, line)) += twist(by);
   const State& state = at(states_, line);
-  if (state.tumbles) turn(state, at(turnings_, line), angular(by), 1);
+  if (state.tumbles) turn(at(turnings_, line), angular(by), 1);
 }
 
 void BodyLines::integrate_positions(double h, double smooth_factor) {
   for_moving([&](std::int32_t begin, std::int32_t end) {
     for (const std::int32_t line : part_of(tumbling_, begin, end)) {
-      turn(at(states_, line), at(turnings_, line), w(line), h);
+      turn(at(turnings_, line), w(line), h);
     }
     kernels_->move(run(begin, end), h, smooth_factor * h);
   });
@@ -224,9 +225,11 @@ void BodyLines::move(std::size_t slot, const Vector& step) {
   bodies_.x_rest[slot] = whole - (bodies_.x[slot] - before);
 }
 
+/// Neighbours by slot share lines of the cache: a thread gets those.
 void BodyLines::finish() {
   for_moving([&](std::int32_t begin, std::int32_t end) {
-    for (std::int32_t line = begin; line < end; ++line) {
+    for (std::int32_t k = begin; k < end; ++k) {
+      const std::int32_t line = places_.empty() ? k : at(places_, k);
       const State& state = at(states_, line);
       const Turning& turning = at(turnings_, line);
       Rotation& q = bodies_.q[state.slot];
@@ -239,7 +242,7 @@ void BodyLines::finish() {
         bodies_.w[state.slot] = turning.frame * Vector(w(line));
         continue;
       }
-      if (!state.tumbles) q = normalised(rotation_exp(theta(line)) * q);
+      q = state.tumbles ? turning.q : normalised(rotation_exp(theta(line)) * q);
       bodies_.w[state.slot] =
           state.tumbles ? Vector(q * (turning.R_start.transpose() * w(line))) : Vector(w(line));
     }

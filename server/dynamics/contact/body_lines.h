@@ -188,6 +188,7 @@ class BodyLines {
     Vector axis;         // of round bodies, at the tick's start, in W
     double spin;         // rad, about it, that its line has not gone along with
     Rotation frame;      // of its line since the tick's start
+    Rotation q;          // of others, by now
     Matrix R_start;
   };
 
@@ -237,7 +238,7 @@ class BodyLines {
   void add_up(const std::vector<double>& gains, std::vector<double>& of_islands) const;
   Vector free_turn(const State& state, const Turning& turning, const Vector& w, double h) const;
   Vector along_loads(std::int32_t line) const;  // a unit, or 0
-  void turn(const State& state, Turning& turning, const Vector& w, double h);
+  static void turn(Turning& turning, const Vector& w, double h);
   void move(std::size_t slot, const Vector& step);
 
   BodyArrays bodies_;
@@ -259,6 +260,7 @@ class BodyLines {
   std::size_t islands_count_ = 1;
   std::span<const std::uint8_t> heaps_;    // by island; or empty
   std::span<const std::int32_t> domains_;  // by line; or empty
+  std::span<const std::int32_t> places_;   // lines, by ascending slots; or empty: as they are
   TaskTree tasks_;
   struct Debt {
     bool bounces = true, is_held = false, is_driven = false, is_along = false;

@@ -34,6 +34,8 @@ struct ContactTick {
   /// Likewise: its domain (domains.h), ascending. Empty: there is one.
   std::span<const std::int32_t> domains = {};
   std::size_t domains_count = 1;
+  /// Where in `moving` its bodies are, by ascending slots. Empty: it ascends.
+  std::span<const std::int32_t> places = {};
   std::span<const std::int32_t> stirred = {};  ///< slots of bodies whose loads have just changed
   Executor* executor = &serial_executor;       ///< where work goes that may be done side by side
 };

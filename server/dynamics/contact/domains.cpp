@@ -20,6 +20,7 @@ void Domains::find(std::span<const std::int32_t> slots, std::span<const std::int
                    std::span<const int> sizes, std::span<const Vector> x) {
   count_ = 1;
   by_place_.clear();
+  places_.clear();
   if (slots.size() < 4 * std::size_t{kBodies}) return;
   share_out(slots, islands, sizes);
   if (count_ == 1) return;

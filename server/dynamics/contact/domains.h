@@ -68,6 +68,8 @@ class Domains {
   std::size_t count() const { return count_; }
   /// By place after `sort`, ascending. Empty: there is one.
   std::span<const std::int32_t> by_place() const { return by_place_; }
+  /// Where `sort` brings what is by body. Empty: it leaves all as it is.
+  std::span<const std::int32_t> places() const { return places_; }
   /// Brings what is by body into the order of domains; otherwise order stays.
   template <class T>
   void sort(std::span<T> values, std::vector<T>& room) const {

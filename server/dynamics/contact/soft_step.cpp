@@ -358,6 +358,7 @@ class SoftStep final : public SoftSolver {
     sort(resting_, flags_);
     tick.domains = domains_.by_place();
     tick.domains_count = domains_.count();
+    tick.places = domains_.places();
   }
 
   /// The largest sag, m, of what stays as it is.

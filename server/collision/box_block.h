@@ -3,6 +3,9 @@
 /// others. Symbols as in box_box.cpp; m.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 namespace cradle {
 
 inline constexpr int kBoxLanes = 8;  ///< pairs a block, whatever the kernel's width
@@ -67,11 +70,27 @@ inline constexpr unsigned kEdgesOfChoice = 1u << 31;
 inline constexpr double kSignX[4] = {1, -1, -1, 1};
 inline constexpr double kSignY[4] = {1, 1, -1, -1};
 
-/// Each works on the first `pairs` lanes at least, `clip` after `separate`.
+/// Boxes along W's axes in the order of a grid's cells: lower x, y, z, upper x, y, z, a column
+/// each, with room behind for a vector's read that begins at the last.
+struct GridBoxes {
+  const float* bounds;
+  std::size_t stride;  ///< of columns
+};
+inline constexpr std::size_t kGridLanes = 16;  ///< floats a vector, at most
+/// Of such boxes.
+struct GridRange {
+  std::uint32_t begin, end;
+};
+
+/// `separate` and `clip` work on the first `pairs` lanes at least, `clip` after `separate`.
 struct BoxKernels {
   int lanes;
   void (*separate)(BoxPairBlock&, int pairs);
   void (*clip)(BoxFaceBlock&, int pairs);
+  /// Writes the places of the boxes in these ranges that overlap the one at `box`, in order, to
+  /// `found`, which has room for all and kGridLanes more. Returns how many there are.
+  std::size_t (*find_overlaps)(const GridBoxes&, std::uint32_t box, const GridRange* ranges,
+                               std::size_t count, std::uint32_t* found);
 };
 
 extern const BoxKernels kBoxKernels1, kBoxKernels2;

@@ -92,7 +92,7 @@ bool BoxGrid::count(std::span<const FloatBox> boxes, std::span<const std::int32_
 
 void BoxGrid::scatter(std::span<const FloatBox> boxes, std::span<const std::int32_t> slots) {
   slots_.resize(slots.size());
-  stride_ = slots.size() + kFloatLanes;  // a read of four may begin at the last
+  stride_ = slots.size() + kGridLanes;  // a read of so many may begin at the last
   bounds_.resize(6 * stride_);
   for (std::size_t i = 0; i < slots.size(); ++i) {
     if (cells_of_[i] == kLarge) continue;

@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "server/collision/box_kernels.h"
 #include "server/collision/box_lanes.h"
 
 namespace cradle {
@@ -41,9 +42,7 @@ class BoxGrid {
   std::int64_t query(const FloatBox& box, std::int32_t slot, F&& visit) const;
 
  private:
-  struct Range {
-    std::uint32_t begin, end;  // of boxes
-  };
+  using Range = GridRange;
   struct Axis {
     std::int32_t cells = 1;
 
@@ -69,6 +68,11 @@ class BoxGrid {
     std::array<Range, 10> ranges;
     std::size_t count = 0;
     void add(Range range) { ranges[count++] = range; }
+    std::size_t boxes() const {
+      std::size_t sum = 0;
+      for (std::size_t r = 0; r < count; ++r) sum += ranges[r].end - ranges[r].begin;
+      return sum;
+    }
   };
   /// The rows after (y, z) among those beside it, by their first cells.
   struct Rows {
@@ -82,8 +86,6 @@ class BoxGrid {
   /// The cells after x of a row among those beside it, and of the others. The first range begins
   /// with the boxes of x.
   Ranges ranges_from(std::size_t first, std::int32_t x, const Rows& others) const;
-  template <class F>
-  bool visit_ranges(const Probe& probe, std::int32_t slot, const Ranges& ranges, F& visit) const;
   template <class F>
   bool visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const;
 
@@ -144,36 +146,6 @@ inline BoxGrid::Ranges BoxGrid::ranges_from(std::size_t first, std::int32_t x,
   return ranges;
 }
 
-/// Of each range four boxes at once, which is most of them as a rule: no branches until then.
-template <class F>
-bool BoxGrid::visit_ranges(const Probe& probe, std::int32_t slot, const Ranges& ranges,
-                           F& visit) const {
-  const float* const lower = bounds_.data();
-  const float* const upper = lower + 3 * stride_;
-  std::uint64_t hits = 0;
-  bool has_more = false;
-  for (std::size_t r = 0; r < ranges.count; ++r) {
-    const Range range = ranges.ranges[r];
-    const std::uint32_t count = range.end - range.begin;
-    const unsigned within = (1U << std::min<std::uint32_t>(count, kFloatLanes)) - 1;
-    const unsigned here = probe.overlaps(lower + range.begin, upper + range.begin, stride_);
-    hits |= std::uint64_t{here & within} << (kFloatLanes * r);
-    has_more |= count > kFloatLanes;
-  }
-  for (; hits != 0; hits &= hits - 1) {
-    const auto bit = static_cast<unsigned>(std::countr_zero(hits));
-    if (!visit(slot, slots_[ranges.ranges[bit / kFloatLanes].begin + bit % kFloatLanes]))
-      return false;
-  }
-  for (std::size_t r = 0; has_more && r < ranges.count; ++r) {
-    const auto [begin, end] = ranges.ranges[r];
-    if (end - begin <= kFloatLanes) continue;
-    if (!visit_range(probe, slot, {begin + static_cast<std::uint32_t>(kFloatLanes), end}, visit))
-      return false;
-  }
-  return true;
-}
-
 template <class F>
 bool BoxGrid::visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const {
   const float* const lower = bounds_.data();
@@ -219,6 +191,9 @@ std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit
              end = static_cast<std::uint32_t>(end_box);
   const std::size_t ny = axes_[1].size(), nx = axes_[0].size(), cells = begins_.size() - 1;
   const auto after = std::ranges::upper_bound(begins_, begin) - begins_.begin();
+  const BoxKernels& kernels = box_kernels_of(0);
+  const GridBoxes boxes{bounds_.data(), stride_};
+  std::vector<std::uint32_t> found;
   std::int64_t looked_at = 0;
   for (std::size_t row = static_cast<std::size_t>(after - 1) / nx;
        row * nx < cells && begins_[row * nx] < end; ++row) {
@@ -230,12 +205,16 @@ std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit
       if (first >= last) continue;
       looked_at += own[0] >= begin ? 1 : 0;
       Ranges ranges = ranges_from(row * nx, x, others);
+      if (const std::size_t room = ranges.boxes() + kGridLanes; found.size() < room) {
+        found.resize(2 * room);
+      }
       for (std::uint32_t i = first; i < last; ++i) {
-        const float* const at = bounds_.data() + i;
-        const Probe probe(at[0], at[stride_], at[2 * stride_], at[3 * stride_], at[4 * stride_],
-                          at[5 * stride_]);
         ranges.ranges[0].begin = i + 1;
-        if (!visit_ranges(probe, slots_[i], ranges, visit)) return looked_at;
+        const std::size_t count =
+            kernels.find_overlaps(boxes, i, ranges.ranges.data(), ranges.count, found.data());
+        for (std::size_t k = 0; k < count; ++k) {
+          if (!visit(slots_[i], slots_[found[k]])) return looked_at;
+        }
       }
     }
   }

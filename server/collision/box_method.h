@@ -20,6 +20,7 @@
 #pragma once
 
 #include "server/collision/box_choice.h"
+#include "server/collision/box_overlaps.h"
 #include "server/collision/lanes.h"
 #include "server/collision/tolerances.h"
 
@@ -400,7 +401,8 @@ struct BoxPasses {
 
 template <class V>
 constexpr BoxKernels box_kernels() {
-  return {kLanes<V>, BoxPasses<V>::separate, BoxPasses<V>::clip};
+  return {kLanes<V>, BoxPasses<V>::separate, BoxPasses<V>::clip,
+          find_overlaps<typename FloatsOf<V>::Type>};
 }
 
 }  // namespace

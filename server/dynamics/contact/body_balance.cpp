@@ -23,11 +23,10 @@ void BodyLines::take_means(double h) {
         0.5 * (angular(at(begins_, line)) + (state.tumbles ? w_free : Vector(w(line))));
     const Turning& turning = at(turnings_, line);
     const bool goes_with_axis = state.tumbles && turning.axial_share != 0;
-    const Vector w_W =
-        goes_with_axis ? Vector(turning.frame * w_mean)
-        : state.tumbles
-            ? Vector(turning.q * Vector(turning.R_start.transpose() * w_mean))
-            : w_mean;
+    const Vector w_W = goes_with_axis ? Vector(turning.frame * w_mean)
+                       : state.tumbles
+                           ? Vector(turning.q * Vector(turning.R_start.transpose() * w_mean))
+                           : w_mean;
     work_of_torques_ += h * bodies_.torque[state.slot].dot(w_W);
   }
 }

@@ -59,6 +59,16 @@ double turning(const FastLimits& limits, const Pose& X, const Vector& p_BoBcm, c
   return turn.cross(X.R * p_BoBcm).norm() + surface * limits.turn_radius;
 }
 
+double sum(const Vector& v) { return v.cwiseAbs().sum(); }
+
+/// Sums of components are never shorter than lengths: most ways are told by those of what a body
+/// travels (m) and turns by (rad).
+bool is_surely_short(const FastLimits& limits, const Vector& p_BoBcm, double travel, double turn) {
+  constexpr double kSurely = 0.999;
+  const double most = kSurely * limits.thickness;
+  return travel <= most && turn * (sum(p_BoBcm) + limits.turn_radius) <= most;
+}
+
 /// Whether the balls about both centres keep apart on their whole ways.
 bool keeps_off(const World::State& s, std::size_t a, const Path& A, std::size_t b, const Path& B) {
   const double reach = s.fast.limits[a].reach + s.fast.limits[b].reach;
@@ -138,6 +148,7 @@ Path travelled(const World::State& s, std::size_t i, const Vector& w_start) {
 
 bool is_far(const World::State& s, std::size_t i, const Path& path) {
   const FastLimits& limits = s.fast.limits[i];
+  if (is_surely_short(limits, s.bodies.p_BoBcm[i], sum(path.travel), sum(path.turn))) return false;
   const double most = limits.thickness;
   return path.travel.squaredNorm() > most * most ||
          turning(limits, s.poses[i], s.bodies.p_BoBcm[i], path.turn) > most;
@@ -241,18 +252,13 @@ void begin_fast_bodies(World::State& s) {
 
 namespace {
 
-/// Sums of components are never shorter than lengths: most bodies are told by these.
+/// Without looking where its way leads.
 bool is_slow(const World::State& s, std::size_t i) {
-  constexpr double kSurely = 0.999;
-  const auto sum = [](const Vector& v) { return v.cwiseAbs().sum(); };
-  const FastLimits& limits = s.fast.limits[i];
-  const double most = kSurely * limits.thickness;
   const Course course = s.loads.course[i];
   double travel = s.dt * sum(s.bodies.v[i]);
   if (course == Course::falls) travel += 0.5 * s.dt * s.dt * sum(s.gravity_W);
   if (course == Course::pushed) travel += 0.5 * s.dt * s.dt * sum(s.loads.acceleration[i]);
-  const double radius = sum(s.bodies.p_BoBcm[i]) + limits.turn_radius;
-  return travel <= most && s.dt * sum(s.bodies.w[i]) * radius <= most;
+  return is_surely_short(s.fast.limits[i], s.bodies.p_BoBcm[i], travel, s.dt * sum(s.bodies.w[i]));
 }
 
 bool note_if_fast_on(World::State& s, std::size_t i, const Path& path) {

@@ -87,8 +87,11 @@ class BoxGrid {
   /// with the boxes of x.
   Ranges ranges_from(std::size_t first, std::int32_t x, const Rows& others) const;
   template <class F>
+  bool visit_overlaps(std::uint32_t box, const Ranges& ranges, F& visit) const;
+  template <class F>
   bool visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const;
 
+  const BoxKernels* kernels_ = &box_kernels_of(0);
   std::array<Axis, 3> axes_;
   alignas(16) std::array<float, 4> origin_{}, cells_per_m_{};  // of the axes
   std::vector<std::int32_t> large_;
@@ -146,6 +149,30 @@ inline BoxGrid::Ranges BoxGrid::ranges_from(std::size_t first, std::int32_t x,
   return ranges;
 }
 
+/// Of crowded cells in pieces: there is room for all that may be found at a time.
+template <class F>
+bool BoxGrid::visit_overlaps(std::uint32_t box, const Ranges& ranges, F& visit) const {
+  constexpr std::uint32_t kPiece = 256;
+  std::array<std::uint32_t, kPiece + kGridLanes> found;
+  const auto visit_found = [&](const Range* in, std::size_t ranges_in) {
+    const std::size_t count =
+        kernels_->find_overlaps({bounds_.data(), stride_}, box, in, ranges_in, found.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!visit(slots_[box], slots_[found[k]])) return false;
+    }
+    return true;
+  };
+  if (ranges.boxes() <= kPiece) return visit_found(ranges.ranges.data(), ranges.count);
+  for (std::size_t r = 0; r < ranges.count; ++r) {
+    for (Range piece = ranges.ranges[r]; piece.begin < ranges.ranges[r].end;
+         piece.begin = piece.end) {
+      piece.end = std::min(piece.begin + kPiece, ranges.ranges[r].end);
+      if (!visit_found(&piece, 1)) return false;
+    }
+  }
+  return true;
+}
+
 template <class F>
 bool BoxGrid::visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const {
   const float* const lower = bounds_.data();
@@ -191,9 +218,6 @@ std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit
              end = static_cast<std::uint32_t>(end_box);
   const std::size_t ny = axes_[1].size(), nx = axes_[0].size(), cells = begins_.size() - 1;
   const auto after = std::ranges::upper_bound(begins_, begin) - begins_.begin();
-  const BoxKernels& kernels = box_kernels_of(0);
-  const GridBoxes boxes{bounds_.data(), stride_};
-  std::vector<std::uint32_t> found;
   std::int64_t looked_at = 0;
   for (std::size_t row = static_cast<std::size_t>(after - 1) / nx;
        row * nx < cells && begins_[row * nx] < end; ++row) {
@@ -205,16 +229,9 @@ std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit
       if (first >= last) continue;
       looked_at += own[0] >= begin ? 1 : 0;
       Ranges ranges = ranges_from(row * nx, x, others);
-      if (const std::size_t room = ranges.boxes() + kGridLanes; found.size() < room) {
-        found.resize(2 * room);
-      }
       for (std::uint32_t i = first; i < last; ++i) {
         ranges.ranges[0].begin = i + 1;
-        const std::size_t count =
-            kernels.find_overlaps(boxes, i, ranges.ranges.data(), ranges.count, found.data());
-        for (std::size_t k = 0; k < count; ++k) {
-          if (!visit(slots_[i], slots_[found[k]])) return looked_at;
-        }
+        if (!visit_overlaps(i, ranges, visit)) return looked_at;
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <random>
 #include <vector>
 
+#include "server/collision/box_grid.h"
 #include "server/collision/box_kernels.h"
 #include "server/collision/machine_lanes.h"
 
@@ -69,6 +70,41 @@ TEST_CASE("boxes that overlap one are found in order, at every width, in ranges 
     }
   }
   CHECK(hits > 1000);
+}
+
+TEST_CASE("a grid finds all pairs of a cell with more boxes than are looked at together") {
+  constexpr std::int32_t kCrowd = 700, kOthers = 30'000, kInRow = 200;
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> place(0, 1);
+  std::vector<FloatBox> boxes;
+  std::vector<std::int32_t> slots;
+  const auto add = [&](float x, float y, float z, float size) {
+    slots.push_back(static_cast<std::int32_t>(slots.size()));
+    boxes.push_back({{x, y, z, 0}, {x + size, y + size, z + size, 0}});
+  };
+  for (std::int32_t k = 0; k < kCrowd; ++k) add(place(random), place(random), place(random), 0.5F);
+  for (std::int32_t k = 0; k < kOthers; ++k) {
+    add(static_cast<float>(2 * (k % kInRow)), static_cast<float>(2 * (k / kInRow)), 5, 1);
+  }
+  BoxGrid grid;
+  REQUIRE(grid.build(boxes, slots));
+  std::vector<int> found(boxes.size(), 0), expected(boxes.size(), 0);
+  grid.join(0, grid.boxes(), [&](std::int32_t a, std::int32_t b) {
+    ++found[static_cast<std::size_t>(a)];
+    ++found[static_cast<std::size_t>(b)];
+    return true;
+  });
+  for (std::size_t a = 0; a < kCrowd; ++a) {
+    for (std::size_t b = a + 1; b < kCrowd; ++b) {
+      bool overlap = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        overlap &= boxes[a].lower[k] <= boxes[b].upper[k] && boxes[b].lower[k] <= boxes[a].upper[k];
+      }
+      expected[a] += overlap ? 1 : 0;
+      expected[b] += overlap ? 1 : 0;
+    }
+  }
+  CHECK(found == expected);
 }
 
 }  // namespace cradle

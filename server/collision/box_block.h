@@ -1,6 +1,6 @@
-/// What the wide kernels of two boxes and their caller (box_box.cpp) agree on. Plain numbers: the
-/// kernels' files are compiled for one instruction set each and must share no inline code with
-/// others. Symbols as in box_box.cpp; m.
+/// What the wide kernels of boxes and their callers (box_box.cpp, box_grid.h) agree on. Plain
+/// numbers: the kernels' files are compiled for one instruction set each and must share no inline
+/// code with others. Symbols as in box_box.cpp; m.
 #pragma once
 
 #include <cstddef>

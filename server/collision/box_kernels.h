@@ -1,4 +1,4 @@
-/// The wide kernels of two boxes that this machine can run.
+/// The wide kernels of boxes that this machine can run.
 #pragma once
 
 #include "server/collision/box_block.h"

@@ -21,25 +21,6 @@ CRADLE_LANES F load_floats(const float* from) {
   return floats;
 }
 
-/// A bit for each lane.
-template <class M>
-CRADLE_LANES std::uint32_t bits_of_floats(const M& mask) {
-#ifdef __SSE2__
-  if constexpr (sizeof(M) == 16) return static_cast<std::uint32_t>(_mm_movemask_ps(__m128(mask)));
-#endif
-#ifdef __AVX2__
-  if constexpr (sizeof(M) == 32) {
-    return static_cast<std::uint32_t>(_mm256_movemask_ps(__m256(mask)));
-  }
-#endif
-#ifdef __AVX512DQ__
-  if constexpr (sizeof(M) == 64) return _mm512_movepi32_mask(__m512i(mask));
-#endif
-  std::uint32_t bits = 0;
-  for (std::size_t l = 0; l < sizeof(M) / sizeof(float); ++l) bits |= mask[l] != 0 ? 1U << l : 0U;
-  return bits;
-}
-
 /// The numbers of the lanes with a bit, of four.
 struct LanesHit {
   std::uint32_t numbers[16][4] = {}, count[16] = {};
@@ -100,7 +81,7 @@ std::size_t find_overlaps(const GridBoxes& of_grid, std::uint32_t box, const Gri
         return (load_floats<F>(column(k) + at) <= upper[k]) &
                (lower[k] <= load_floats<F>(column(3 + k) + at));
       };
-      const std::uint32_t hits = bits_of_floats(along(0) & along(1) & along(2));
+      const std::uint32_t hits = signs_of(F(along(0) & along(1) & along(2)));
       const std::uint32_t left = end - at, within = (1U << (left < lanes ? left : lanes)) - 1;
       to = put_hits<lanes>(hits & within, at, to);
       at += lanes;

@@ -247,7 +247,7 @@ CRADLE_LANES unsigned bits_of(const M& mask) {
 #endif
 }
 
-/// A bit for each float of a vector: it is negative.
+/// A bit for each float of a vector: its sign.
 template <class F>
 CRADLE_LANES std::uint32_t signs_of(const F& floats) {
 #ifdef __SSE2__
@@ -260,9 +260,12 @@ CRADLE_LANES std::uint32_t signs_of(const F& floats) {
     return static_cast<std::uint32_t>(_mm256_movemask_ps(__m256(floats)));
   }
 #endif
+#ifdef __AVX512DQ__
+  if constexpr (sizeof(F) == 64) return _mm512_movepi32_mask(__m512i(floats));
+#endif
   std::uint32_t bits = 0;
   for (std::size_t l = 0; l < sizeof(F) / sizeof(float); ++l) {
-    bits |= floats[l] < 0 ? 1U << l : 0U;
+    bits |= __builtin_signbit(floats[l]) ? 1U << l : 0U;
   }
   return bits;
 }

@@ -23,6 +23,7 @@
 #include "server/daemon.h"
 #include "server/exit_code.h"
 #include "server/explain.h"
+#include "server/large_pages.h"
 #include "server/log_line.h"
 #include "server/serve.h"
 #include "server/simulate.h"
@@ -235,6 +236,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace cradle;
+  keep_memory_in_large_pages();
   try {
     return run(argc, argv);
   } catch (const CLI::ParseError& error) {

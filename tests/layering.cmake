@@ -26,12 +26,12 @@ set(vocabulary "cradle/(types|result|limits|polygon|world_view|version|export)\\
 
 check(protocol/include/* "${pure}|${vocabulary}")
 check(protocol/* "${any_standard}|${vocabulary}|protocol/.*|cradle_wire/.*|lcm/lcm\\.h")
-check(server/collision/* "${pure}|[ei]mmintrin\\.h|sys/mman\\.h|${vocabulary}|server/collision/.*|Eigen/.*|fcl/.*|libqhull_r/.*")
+check(server/collision/* "${pure}|[ei]mmintrin\\.h|${vocabulary}|server/collision/.*|Eigen/.*|fcl/.*|libqhull_r/.*")
 check(server/dynamics/* "${pure}|${vocabulary}|server/(collision|dynamics)/.*|Eigen/.*")
 check(server/world/* "${pure}|${vocabulary}|protocol/(command|validate)\\.h|xxhash\\.h|\
 server/(collision|dynamics|world)/.*|Eigen/.*")
 check(server/* "${any_standard}|${vocabulary}|protocol/.*|server/.*|\
-Eigen/.*|[ei]mmintrin\\.h|fcl/.*|libqhull_r/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
+Eigen/.*|malloc\\.h|[ei]mmintrin\\.h|fcl/.*|libqhull_r/.*|xxhash\\.h|spdlog/.*|toml\\+\\+/.*|CLI/.*")
 check(client/include/* "${pure}|chrono|${vocabulary}|cradle/client[a-z_]*\\.h")
 check(client/src/* "${pure}|unordered_map|chrono|random|poll\\.h|system_error|thread|cradle/.*|client/src/.*|protocol/.*")
 check(client/examples/* "${any_standard}|cradle/.*")
@@ -53,7 +53,7 @@ only("cradle_wire/.*" protocol "(wire_convert|codec)\\.(h|cpp)")
 only("fcl/.*" server "collision/fcl_[a-z_]+\\.cpp")
 only("libqhull_r/.*" server "collision/convex_hull\\.cpp")
 only("[ei]mmintrin\\.h" server "collision/(box_)?lanes\\.h")
-only("sys/mman\\.h" server "collision/large_array\\.cpp")
+only("(malloc|sys/mman)\\.h" server "large_pages\\.cpp")
 only("chrono" server "(daemon|metrics_page|pacer|publisher|stopwatch)\\.(h|cpp)")
 only("thread" server "(daemon|metrics_page|publisher|thread_pool)\\.(h|cpp)")
 only("spdlog/.*" server "log\\.cpp")

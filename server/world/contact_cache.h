@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "server/collision/executor.h"
-#include "server/collision/large_array.h"
 #include "server/dynamics/contact/contact_constraint.h"
 #include "server/world/pair_name.h"
 
@@ -117,7 +116,7 @@ class ContactCache {
   void find(std::size_t begin, std::size_t end);
   void settle();
 
-  LargeArray<ContactConstraint> room_;
+  std::vector<ContactConstraint> room_;
   std::vector<std::int32_t> free_;  // places in it, the next to be taken last
   std::vector<ContactName> names_, last_;
   std::vector<std::int32_t> places_, last_places_;  // of these

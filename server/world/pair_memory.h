@@ -12,7 +12,6 @@
 #include "server/collision/broad_phase.h"
 #include "server/collision/fetch.h"
 #include "server/collision/kept_manifold.h"
-#include "server/collision/large_array.h"
 #include "server/world/pair_name.h"
 
 namespace cradle {
@@ -47,7 +46,7 @@ struct alignas(64) KeptPair {
 /// Sorted by names.
 struct KeptPairs {
   std::vector<PairName> names;
-  LargeArray<KeptPair> pairs;
+  std::vector<KeptPair> pairs;
 
   std::size_t size() const { return names.size(); }
   void resize(std::size_t size) {
@@ -145,7 +144,7 @@ class PairMemory {
   std::vector<std::int32_t> from_;  ///< by pair: where in last_ is what it keeps; -1: it is here
   std::vector<std::uint8_t> is_new_, is_gone_;  ///< by pair; by place in last_: for follow()
   std::vector<std::size_t> gone_;               ///< places in last_, likewise
-  LargeArray<KeptManifold> manifolds_;
+  std::vector<KeptManifold> manifolds_;
   std::vector<std::int32_t> free_;  ///< places, the next to be taken last
 };
 

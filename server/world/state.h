@@ -6,12 +6,12 @@
 #include <limits>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "server/collision/bounds.h"
 #include "server/collision/broad_phase.h"
 #include "server/collision/collider.h"
 #include "server/collision/in_order.h"
-#include "server/collision/large_array.h"
 #include "server/collision/manifolds.h"
 #include "server/collision/narrow_phase.h"
 #include "server/collision/planar_pairs.h"
@@ -142,7 +142,7 @@ struct World::State {
   std::vector<std::uint8_t> are_near;    ///< of these
   InOrder in_order;
   BroadPhaseReport culling;
-  LargeArray<Manifold> manifolds;         ///< one a pair; of convex shapes that touch
+  std::vector<Manifold> manifolds;        ///< one a pair; of convex shapes that touch
   std::vector<CompositePair> composites;  ///< the other pairs, in their order
   std::size_t composites_used = 0;        ///< of them in this tick; the rest keeps its memory
   std::vector<std::uint8_t> is_touching;  ///< by pair: `manifolds` has one of this tick

@@ -10,6 +10,7 @@
 #include "server/collision/machine_lanes.h"
 #include "server/dynamics/free_flight.h"
 #include "server/exit_code.h"
+#include "server/large_pages.h"
 #include "server/thread_pool.h"
 #include "server/trace.h"
 #include "server/world/world.h"
@@ -199,6 +200,7 @@ int fail(const std::exception& error, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_memory_in_large_pages();  // as cradled
   CLI::App app("Speed and error of the benchmark scenes, one row a scene.", "cradle_bench");
   std::vector<std::string> names;
   Options options;

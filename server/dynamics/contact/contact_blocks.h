@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "server/collision/executor.h"
-#include "server/collision/large_array.h"
 #include "server/dynamics/contact/block_plan.h"
 #include "server/dynamics/contact/body_lines.h"
 #include "server/dynamics/contact/contact_block.h"
@@ -148,7 +147,7 @@ class ContactBlocks {
                    const BodyLines& bodies);
 
   BlockPlan plan_;
-  LargeArray<ContactBlock> blocks_;  // the first `used_` of them
+  std::vector<ContactBlock> blocks_;  // the first `used_` of them
   std::size_t used_ = 0;
   std::vector<BlockRun> runs_;  // those of the plan
   std::vector<PlacedContact> turning_;

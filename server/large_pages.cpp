@@ -26,9 +26,11 @@ std::size_t quarter_of_memory() {
 /// once, while little is in it, and told to lie in large pages; what comes before the first of
 /// these is left out.
 void keep_memory_in_large_pages() {
-  const bool is_heap_ours = mallopt(M_MMAP_MAX, 0) == 1 && mallopt(M_TRIM_THRESHOLD, -1) == 1 &&
-                            mallopt(M_ARENA_MAX, 1) == 1;
-  if (!is_heap_ours) return;  // a sanitizer's
+  const bool is_heap_of_libc = mallinfo2().arena > 0;  // not a sanitizer's, which would fill it
+  if (!is_heap_of_libc || mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0 ||
+      mallopt(M_ARENA_MAX, 1) == 0) {
+    return;
+  }
   const std::size_t size = quarter_of_memory();
   void* const room = std::malloc(size);
   if (room == nullptr) return;

@@ -1,8 +1,6 @@
 // The closest points of two edges after Ericson, "Real-Time Collision Detection" (2005), 5.1.9.
-// Symbols as in box_box.cpp.
+// Symbols as in box_box.cpp. Which axis, edge and side it is is chance: numbers, not branches.
 #include "server/collision/box_edges.h"
-
-#include <algorithm>
 
 #include "server/collision/box_faces.h"
 #include "server/collision/tolerances.h"
@@ -19,7 +17,7 @@ struct Edge {
     std::uint32_t bits = 0;
     for (int k = 0; k < 3; ++k) {
       middle[k] = toward(d[k], half_extents[k]);
-      bits |= (d[k] < 0 ? 0u : 1u) << k;
+      bits |= std::uint32_t{!(d[k] < 0)} << k;
     }
     middle[axis] = 0;
     name = name_of(bits & ~(1u << axis), bits | 1u << axis);
@@ -30,9 +28,10 @@ struct Edge {
 
 void meet_edges(const BoxAxes& boxes, const Pose& X_WA, Manifold& manifold) {
   const BoxAxes::Edges& axis = boxes.edges;
-  const Vector a = Vector::Unit(axis.i), b = boxes.C.col(axis.j);
-  Vector n = a.cross(b).normalized();
-  if (n.dot(boxes.t) < 0) n = -n;
+  Vector a = Vector::Zero();
+  a[axis.i] = 1;
+  const Vector b = boxes.C.col(axis.j), across = a.cross(b);
+  const Vector n = toward(across.dot(boxes.t), 1) * across.normalized();
   const Edge edge_A(boxes.h_A, axis.i, n);
   const Edge edge_B(boxes.h_B, axis.j, -(boxes.C.transpose() * n));
 
@@ -40,9 +39,9 @@ void meet_edges(const BoxAxes& boxes, const Pose& X_WA, Manifold& manifold) {
   const Vector d = middle_B - edge_A.middle;
   const double c = a.dot(b), a_d = a.dot(d), b_d = b.dot(d);
   const double end_A = boxes.h_A[axis.i], end_B = boxes.h_B[axis.j];
-  double along_A = std::clamp((a_d - c * b_d) / (1 - c * c), -end_A, end_A);
-  const double along_B = std::clamp(c * along_A - b_d, -end_B, end_B);
-  along_A = std::clamp(a_d + c * along_B, -end_A, end_A);
+  double along_A = within(-end_A, (a_d - c * b_d) / (1 - c * c), end_A);
+  const double along_B = within(-end_B, c * along_A - b_d, end_B);
+  along_A = within(-end_A, a_d + c * along_B, end_A);
   const Vector p = edge_A.middle + a * along_A;
   const Vector q = middle_B + b * along_B;
 

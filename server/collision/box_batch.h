@@ -47,7 +47,6 @@ class BoxBatch {
     const Shape *A, *B;
     const Pose *X_WA, *X_WB;
     double margin;
-    bool met_by_edges;  // or corners, last time
   };
   /// Meets along faces.
   struct Facing {
@@ -67,9 +66,6 @@ class BoxBatch {
     bool is_apart() const {
       return (block.s_A[lane] > 0) | (block.s_B[lane] > 0) | (block.s_edge[lane] > 0);
     }
-    bool stays_by_edges() const {
-      return pair.met_by_edges && block.s_edge[lane] > -block.slack[lane];
-    }
     static Face face(const Pose& X_WB, double number);
     /// Of A, or else of B. Which it is is chance, so: no branch.
     const Pose& pose(bool of_A) const {
@@ -81,13 +77,11 @@ class BoxBatch {
     Face reference() const { return face(reference_pose(), block.reference[lane]); }
     Face incident() const { return face(incident_pose(), block.incident[lane]); }
     void set(Manifold& manifold) const;
-    double inside(const Vector& p_W) const;
     bool are_nearest(int of_reference, int of_incident) const;
     double separation_along(const Vector& n) const;
-    bool lean(Manifold& at_face, ContactPoint& point) const;
-    bool counts(Manifold& at_face, double& missed) const;
-    double lead(Manifold& manifold, double missed) const;
-    Facing alone(bool face_of_A, BoxFaceBlock& own, Manifold& manifold) const;
+    bool lean(Manifold& at_face) const;
+    bool set_if_it_counts(Manifold& manifold) const;
+    Facing alone(bool face_of_A, BoxFaceBlock& own) const;
     void add_rest_of_faces(Manifold& manifold) const;
     bool meet_by_edges(Manifold& manifold) const;
     void meet_beside_faces(Manifold& manifold) const;

@@ -21,6 +21,7 @@ struct BoxAxesBlock {
   /// What of the last manifold may be kept, if there are more than four candidates again: a sum of
   /// 2^c, as `set`, of faces as `faces`; 0: nothing.
   Row last_set, last_faces;
+  Row met_by_edges;  ///< 1: or by corners, last time
   // Results, but for the margin that of a lane without a pair is negative.
   Row C[9], t[3];  ///< B as A sees it: columns of C
   Row u[3];        ///< t as B sees it
@@ -54,6 +55,12 @@ struct BoxFaceBlock : BoxAxesBlock {
   Row set;    ///< of candidates that are near enough, or the four of them to keep: sum of 2^c
   Row bears;  ///< what the boxes may move until all candidates have left the face, or one has slid
               ///< far
+  // Of the set, see box_verdict.h.
+  Row missed;  ///< the boxes overlap by so much more than the deepest point; infinite: there is
+               ///< none
+  Row counts;  ///< 1: the face does, also if it does not lean
+  Row stays;   ///< then: what the boxes may move until it is another contact
+  Row lowered[kBoxCandidates];  ///< then: z
 };
 
 struct BoxPairBlock : BoxFaceBlock {

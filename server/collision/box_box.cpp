@@ -87,8 +87,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   Queue& queue = choice != 0 ? touched_ : others_;
   const int lane = queue.waiting++;
   const bool met_by_edges = choice == kEdgesOfChoice;
-  queue.pairs[static_cast<std::size_t>(lane)] = {key,     &A.shape, &B.shape,    &A.X_WB,
-                                                 &B.X_WB, margin,   met_by_edges};
+  queue.pairs[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
   choice = met_by_edges ? 0 : choice;
   BoxPairBlock& b = queue.block;
   b.half_A[lane] = A.shape.parameters.data();
@@ -98,6 +97,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   b.margin[lane] = margin + foresight;
   b.last_set[lane] = static_cast<double>(choice & kSetOfChoice);
   b.last_faces[lane] = static_cast<double>(choice >> kBoxCandidates);
+  b.met_by_edges[lane] = met_by_edges ? 1 : 0;
   if (queue.waiting == kBoxLanes) separate(queue);
 }
 
@@ -145,9 +145,9 @@ void BoxBatch::clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& p
                     std::span<const int> lanes) {
   if (lanes.empty()) return;
   kernels_.clip(block, lanes.back() + 1);
-  Manifold manifold;
   for (const int lane : lanes) {
     const Waiting& pair = pairs[static_cast<std::size_t>(lane)];
+    Manifold manifold;
     Facing{pair, block, lane}.meet(manifold);
     made_.take(pair.key, manifold);
   }

@@ -88,7 +88,8 @@ std::uint64_t choice_of(const BoxFaceBlock& block, int lane) {
 
 }  // namespace
 
-void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifold& manifold) {
+void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR,
+                  const BoxFaceBlock::Row* separations, Manifold& manifold) {
   const auto number = static_cast<std::uint32_t>(static_cast<int>(block.reference[lane]));
   const auto incident = static_cast<std::size_t>(static_cast<int>(block.incident[lane]));
   const bool on_A = block.on_A[lane] > 0;
@@ -108,9 +109,10 @@ void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifol
   for (; set != 0; set &= set - 1) {
     const auto c = static_cast<std::size_t>(std::countr_zero(set));
     const auto side = static_cast<std::size_t>(static_cast<int>(block.side[c][lane]));
-    const double s = block.z[c][lane];
+    const double height_of_middle = 0.5 * block.z[c][lane];
     manifold.points[static_cast<std::size_t>(count++)] = {
-        origin_W + x_W * block.x[c][lane] + y_W * block.y[c][lane] + z_W * (0.5 * s), s,
+        origin_W + x_W * block.x[c][lane] + y_W * block.y[c][lane] + z_W * height_of_middle,
+        separations[c][lane],
         face_name | kIncidentNames[incident][c][side != 0] |
             kSideBits[static_cast<std::size_t>(z)][side]};
   }

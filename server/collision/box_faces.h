@@ -8,8 +8,9 @@ namespace cradle {
 
 /// Where the incident box is over, or under, the reference face: up to four points. `X_WR`: of the
 /// reference box. It is part of the features whether that is A, and the normal goes from A to B in
-/// both cases. The manifold's lead is what the points bear.
-void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR, Manifold& manifold);
+/// both cases. The manifold's lead is what the points bear. `separations`: of the candidates.
+void set_manifold(const BoxFaceBlock& block, int lane, const Pose& X_WR,
+                  const BoxFaceBlock::Row* separations, Manifold& manifold);
 
 /// A box's corners as numbers: bit k is set where coordinate k is positive. A corner, edge or face
 /// is named by the bits that all its corners have in common, and the bits that any of them has.

@@ -1,10 +1,10 @@
 // What two boxes meet by where a face is among the best axes: that face, the other one, or edges.
 //
-// Symbols as in box_box.cpp. A face counts if what reaches deepest behind it is over it, or nearly;
-// else another direction is better. It still counts where edges part the boxes, if they overlap
-// along its normal by less than the slack: in a heap of 2000 cubes 110 contacts changed between a
-// face and edges in every tick, which kept it in motion for good. So the normal is that of the
-// least translation but for ties within these leads.
+// Symbols as in box_box.cpp. A face counts (box_verdict.h) if what reaches deepest behind it is
+// over it, or nearly; else another direction is better. It still counts where edges part the boxes,
+// if they overlap along its normal by less than the slack: in a heap of 2000 cubes 110 contacts
+// changed between a face and edges in every tick, which kept it in motion for good. So the normal
+// is that of the least translation but for ties within these leads.
 //
 // Flush faces are cut once, along the preferred one, so that points keep their names; the normal
 // is that of what touches at the deepest of them: either face, or two edges that cross there. M is
@@ -39,25 +39,6 @@ ContactPoint* deepest(Manifold& manifold) {
                       : &*std::ranges::min_element(begin, end, {}, &ContactPoint::separation);
 }
 
-/// Puts the deepest point lower by `missed`, and others the less, the more they are above it: else
-/// separations would jump where another becomes the deepest.
-void lower(Manifold& manifold, double missed, double slack) {
-  const double near = kTolerances.as_deep * slack;
-  const double least = deepest(manifold)->separation;
-  for (int k = 0; k < manifold.count; ++k) {
-    double& separation = manifold.points[static_cast<std::size_t>(k)].separation;
-    separation -= missed * std::max(0.0, 1 - (separation - least) / near);
-  }
-}
-
-/// How far a point over a face across `axis` is from its sides.
-double inside_box_face(const Shape& box, const Pose& X_WB, int axis, const Vector& p_W) {
-  const Vector p = X_WB.R.transpose() * (p_W - X_WB.x);
-  Vector inside = to_eigen(box.half_extents_m()) - p.cwiseAbs();
-  inside[axis] = kInfinity;
-  return inside.minCoeff();
-}
-
 }  // namespace
 
 BoxBatch::Facing::Face BoxBatch::Facing::face(const Pose& X_WB, double number) {
@@ -66,12 +47,7 @@ BoxBatch::Facing::Face BoxBatch::Facing::face(const Pose& X_WB, double number) {
 }
 
 void BoxBatch::Facing::set(Manifold& manifold) const {
-  set_manifold(block, lane, reference_pose(), manifold);
-}
-
-/// How far a point over the reference face is from its sides.
-double BoxBatch::Facing::inside(const Vector& p_W) const {
-  return inside_box_face(on_A() ? *pair.A : *pair.B, reference_pose(), reference().axis, p_W);
+  set_manifold(block, lane, reference_pose(), block.z, manifold);
 }
 
 /// Of boxes apart: whether they are nearest on edges along these axes of theirs.
@@ -93,7 +69,8 @@ double BoxBatch::Facing::separation_along(const Vector& n) const {
 /// For flush faces, where what reaches deepest is beside the reference face: turns the normal to
 /// that of what touches at the deepest point. False if none is found, because of what counts as
 /// over a face by the slack.
-bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
+bool BoxBatch::Facing::lean(Manifold& at_face) const {
+  ContactPoint& point = *deepest(at_face);
   const Face face = reference(), other = incident();
   const Vector along = at_face.normal_W;
   Vector best = along;
@@ -129,7 +106,8 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
   try_all();
   if (!(separation < kInfinity)) return false;
   at_face.normal_W = best;
-  if (!bears) at_face.lead = -1;
+  at_face.lead = std::min(
+      {block.lead[lane], bears ? at_face.lead : -1, block.slack[lane], block.until_tilted[lane]});
   for (int k = 0; k < at_face.count; ++k) {
     at_face.points[static_cast<std::size_t>(k)].separation *= nearest;
   }
@@ -137,45 +115,17 @@ bool BoxBatch::Facing::lean(Manifold& at_face, ContactPoint& point) const {
   return true;
 }
 
-/// A face counts if what reaches deepest is over it; else another direction is better. How far
-/// that is from the separation of the boxes along it: `missed`.
-bool BoxBatch::Facing::counts(Manifold& at_face, double& missed) const {
-  ContactPoint* const point = deepest(at_face);
-  const double s = block.s[lane], slack = block.slack[lane];
-  missed = point == nullptr ? kInfinity : point->separation - s;
-  if (point == nullptr) return false;
-  if (is_flush() && missed > kTolerances.tie_m && lean(at_face, *point)) {
-    missed = 0;
-    return true;
+/// The contact along the reference face, if that counts: box_verdict.h.
+bool BoxBatch::Facing::set_if_it_counts(Manifold& manifold) const {
+  const double missed = block.missed[lane];
+  if (is_flush() && missed > kTolerances.tie_m && missed < kInfinity) {
+    set(manifold);
+    if (lean(manifold)) return true;
   }
-  if (is_apart()) {
-    // No face parts what edges do if they overlap behind it. And unless they are flush, the face is
-    // nearest if and only if the point is over it. But within the slack all stays as it is, so that
-    // what lies on an edge beside a face does not change between them from tick to tick.
-    if (!(s > -slack)) return false;
-    const bool stays = is_flush() || s <= slack;
-    if (!stays && !(missed <= kTolerances.tie_m && inside(point->p_W) >= -kTolerances.tie_m)) {
-      return false;
-    }
-  }
-  const double allowed = slack + kTolerances.edge_bias_per_depth * std::max(0.0, -s);
-  if (!(missed <= (stays_by_edges() ? kTolerances.tie_m : allowed))) return false;
-  lower(at_face, missed, slack);
+  if (!(block.counts[lane] > 0)) return false;
+  set_manifold(block, lane, reference_pose(), block.lowered, manifold);
+  manifold.lead = block.stays[lane];
   return true;
-}
-
-/// How long a face contact that bears so far is as it is: no other axis is better, and what touches
-/// is over the face.
-double BoxBatch::Facing::lead(Manifold& manifold, double missed) const {
-  const double bears = std::min(block.lead[lane], manifold.lead);
-  if (is_flush()) {
-    return std::min({bears, block.slack[lane] - missed, block.until_tilted[lane]});
-  }
-  const double stays = missed > kTolerances.tie_m ? -1 : inside(deepest(manifold)->p_W);
-  const double s = block.s[lane];
-  const double until_apart =  // by edges: see `counts`
-      s > 0 ? kInfinity : std::max(s + block.slack[lane], -block.s_edge[lane]);
-  return std::min({bears, stays, until_apart});
 }
 
 /// The faces of boxes that meet by edges or corners, if they look at each other: what else of them
@@ -185,7 +135,7 @@ void BoxBatch::Facing::add_rest_of_faces(Manifold& manifold) const {
   Manifold at_face;
   const bool is_of_A = block.s_A[lane] >= block.s_B[lane];  // whoever of the two is called A
   if (BoxFaceBlock own; is_of_A != on_A()) {
-    alone(is_of_A, own, at_face);
+    alone(is_of_A, own).set(at_face);
   } else {
     set(at_face);
   }
@@ -233,36 +183,25 @@ void BoxBatch::Facing::meet_beside_faces(Manifold& manifold) const {
 /// Sets the contact along the preferred face, if that counts; else takes that along the other one,
 /// or of edges.
 void BoxBatch::Facing::meet(Manifold& manifold) const {
-  if (meet_by_edges(manifold)) return;
-  set(manifold);
-  double missed = 0;
-  if (counts(manifold, missed)) {
-    manifold.lead = lead(manifold, missed);
-    return;
-  }
+  if (meet_by_edges(manifold) || set_if_it_counts(manifold)) return;
   const double s_A = block.s_A[lane], s_B = block.s_B[lane], s_edge = block.s_edge[lane];
   BoxFaceBlock own;
-  if (std::abs(s_A - s_B) <= block.bias[lane] &&
-      alone(!on_A(), own, manifold).counts(manifold, missed)) {
-    return;
-  }
-  if (is_apart() || s_edge > std::max(s_A, s_B)) {
+  if (std::abs(s_A - s_B) <= block.bias[lane] && alone(!on_A(), own).set_if_it_counts(manifold)) {
+    manifold.lead = -1;
+  } else if (is_apart() || s_edge > std::max(s_A, s_B)) {
     meet_beside_faces(manifold);
   } else {
-    alone(s_B <= s_A, own, manifold);
+    alone(s_B <= s_A, own).set(manifold);
+    manifold.lead = -1;
   }
 }
 
 /// The same along the face of A, or that of B, in a block of its own.
-BoxBatch::Facing BoxBatch::Facing::alone(bool face_of_A, BoxFaceBlock& own,
-                                         Manifold& manifold) const {
+BoxBatch::Facing BoxBatch::Facing::alone(bool face_of_A, BoxFaceBlock& own) const {
   copy_lane(block, lane, own, 0);
   own.on_A[0] = face_of_A ? 1 : 0;
   box_kernels_of(1).clip(own, 1);
-  const Facing facing{pair, own, 0};
-  facing.set(manifold);
-  manifold.lead = -1;
-  return facing;
+  return {pair, own, 0};
 }
 
 }  // namespace cradle

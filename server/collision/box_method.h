@@ -13,7 +13,7 @@
 // comes from what it is and not from how it was made, and pairs need no branches; and a corner up
 // to `slack` outside counts as inside, so that flush stacks keep their points and names.
 //
-// Which four of more points: box_choice.h.
+// Which four of more points: box_choice.h. Whether the face counts: box_verdict.h.
 //
 // Loops that are marked stay loops else, and keep all that they index in memory: 5 ns a pair.
 // Cost, see box_box.cpp.
@@ -21,6 +21,7 @@
 
 #include "server/collision/box_choice.h"
 #include "server/collision/box_overlaps.h"
+#include "server/collision/box_verdict.h"
 #include "server/collision/lanes.h"
 #include "server/collision/tolerances.h"
 
@@ -387,6 +388,7 @@ CRADLE_LANES void clip_lanes(BoxFaceBlock& b, int lane) {
   if (any<V>(are_many))
     set = are_many ? choose_four_again<V>(points, are_many, b, lane, slack) : set;
   store(b.set + lane, set);
+  weigh_face<V>(b, lane, faces.half_x, faces.half_y, set);
 }
 
 template <class V>

@@ -63,9 +63,7 @@ class BoxBatch {
 
     bool on_A() const { return block.on_A[lane] > 0; }
     bool is_flush() const { return block.until_tilted[lane] > 0; }
-    bool is_apart() const {
-      return (block.s_A[lane] > 0) | (block.s_B[lane] > 0) | (block.s_edge[lane] > 0);
-    }
+    bool is_apart() const { return block.apart[lane] > 0; }
     static Face face(const Pose& X_WB, double number);
     /// Of A, or else of B. Which it is is chance, so: no branch.
     const Pose& pose(bool of_A) const {

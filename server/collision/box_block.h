@@ -55,12 +55,13 @@ struct BoxFaceBlock : BoxAxesBlock {
   Row set;    ///< of candidates that are near enough, or the four of them to keep: sum of 2^c
   Row bears;  ///< what the boxes may move until all candidates have left the face, or one has slid
               ///< far
-  // Of the set, see box_verdict.h.
+  // What is to be made of these, see box_verdict.h.
+  Row apart;   ///< 1: an axis parts the boxes
   Row missed;  ///< the boxes overlap by so much more than the deepest point; infinite: there is
                ///< none
-  Row counts;  ///< 1: the face does, also if it does not lean
+  Row counts;  ///< 1: the face does, where it does not lean
   Row stays;   ///< then: what the boxes may move until it is another contact
-  Row lowered[kBoxCandidates];  ///< then: z
+  Row lowered[kBoxCandidates];  ///< then: z, the deepest as deep as the boxes overlap
 };
 
 struct BoxPairBlock : BoxFaceBlock {

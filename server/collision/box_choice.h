@@ -18,6 +18,15 @@ CRADLE_LANES V endless() {
   return fill<V>(__builtin_inf());
 }
 
+/// Whether candidate c is in what is left of a set, a sum of 2^c, from which it is taken: of all,
+/// from the last one on.
+template <class V>
+CRADLE_LANES auto take_out(int c, V& rest) {
+  const auto is_in = rest >= fill<V>(1 << c);
+  rest = is_in ? rest - (1 << c) : rest;
+  return is_in;
+}
+
 /// In the frame of the reference face.
 template <class V>
 struct FacePoints {
@@ -138,8 +147,7 @@ CRADLE_LANES V choose_four_again(const FacePoints<V>& points, const M& are_many,
   Extent<V> x, y, z, last_x, last_y, last_z;
   V rest = last, count{}, was_last[kBoxCandidates];
   for (int c = kBoxCandidates - 1; c >= 0; --c) {
-    const auto is_last = rest >= fill<V>(1 << c);
-    rest = is_last ? rest - (1 << c) : rest;
+    const auto is_last = take_out<V>(c, rest);
     was_last[c] = is_last ? points.used[c] : none;
     count = count + was_last[c];
     x.add(points.used[c], points.x[c]);

@@ -2,7 +2,7 @@
 // is for: box_facing.cpp.
 #pragma once
 
-#include "server/collision/box_block.h"
+#include "server/collision/box_choice.h"
 #include "server/collision/lanes.h"
 #include "server/collision/tolerances.h"
 
@@ -17,12 +17,11 @@ struct Deepest {
 
 template <class V>
 CRADLE_LANES Deepest<V> deepest_of(const BoxFaceBlock& b, int lane, const V& set) {
-  Deepest<V> deepest{{}, {}, fill<V>(__builtin_inf())};
+  Deepest<V> deepest{{}, {}, endless<V>()};
   V rest = set;
 #pragma GCC unroll 12
   for (int c = kBoxCandidates - 1; c >= 0; --c) {
-    const auto is_in = rest >= fill<V>(1 << c);
-    rest = is_in ? rest - (1 << c) : rest;
+    const auto is_in = take_out<V>(c, rest);
     const V x = load<V>(b.x[c] + lane), y = load<V>(b.y[c] + lane), z = load<V>(b.z[c] + lane);
     const auto is_deeper = is_in & (z <= deepest.z);
     deepest.x = is_deeper ? x : deepest.x;
@@ -32,9 +31,10 @@ CRADLE_LANES Deepest<V> deepest_of(const BoxFaceBlock& b, int lane, const V& set
   return deepest;
 }
 
-/// A face counts if what reaches deepest is over it; else another direction is better. Sets how far
-/// that is from the separation of the boxes along it, whether it counts, unless it leans, and how
-/// long such a contact is as it is. `half_x`, `half_y`: of the reference face.
+/// A face counts if what reaches deepest is over it; else another direction is better. Sets whether
+/// the boxes are apart, how far the deepest point is from their separation along the face's normal,
+/// whether the face counts, unless it leans, and how long such a contact is as it is. `half_x`,
+/// `half_y`: of the reference face.
 template <class V>
 CRADLE_LANES void weigh_face(BoxFaceBlock& b, int lane, const V& half_x, const V& half_y,
                              const V& set) {
@@ -58,6 +58,7 @@ CRADLE_LANES void weigh_face(BoxFaceBlock& b, int lane, const V& half_x, const V
   const V allowed = slack + kTolerances.edge_bias_per_depth * larger<V>(-s, none);
   const V within = missed <= (stays_by_edges ? fill<V>(kTie) : allowed) ? one : none;
   const V nearest = is_nearest ? within : none;
+  store(b.apart + lane, is_apart ? one : none);
   store(b.missed + lane, missed);
   store(b.counts + lane, is_apart ? nearest : within);
 
@@ -75,7 +76,7 @@ CRADLE_LANES void weigh_face(BoxFaceBlock& b, int lane, const V& half_x, const V
   const V while_flush = smaller<V>(smaller<V>(bears, slack - missed), until_tilted);
   const V while_over = meets ? inside : -one;
   const V until_apart =  // by edges
-      s > none ? fill<V>(__builtin_inf()) : larger<V>(s + slack, -s_edge);
+      s > none ? endless<V>() : larger<V>(s + slack, -s_edge);
   store(b.stays + lane,
         is_flush ? while_flush : smaller<V>(smaller<V>(bears, while_over), until_apart));
 }

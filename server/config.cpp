@@ -23,6 +23,9 @@ constexpr std::string_view kLogLevels[] = {"trace", "debug", "info", "warn", "er
 /// Every message fits with one item; the status is the largest.
 constexpr int kDatagramBytesMin = 512;
 
+/// A million bodies in a heap take 15 GB.
+constexpr int kMemoryMax_mib = 65536;
+
 bool is_within(double value, double least, double most) { return value >= least && value <= most; }
 
 /// What a setting's check says of its value: nothing if it can be, else `reason`.
@@ -57,6 +60,7 @@ std::string check_datagram_bytes(const Config& c) {
 std::string check_threads(const Config& c) {
   return unless_within(c.threads, 1, ThreadPool::kThreadsMax);
 }
+std::string check_memory(const Config& c) { return unless_within(c.memory_mib, 0, kMemoryMax_mib); }
 std::string check_bodies_max(const Config& c) {
   return unless_within(c.bodies_max, 0, limits::kBodies);
 }
@@ -92,6 +96,7 @@ const Setting kSettings[] = {
     {"allow_shutdown", &Config::allow_shutdown, "clients may end the daemon", nullptr, kReloadable},
     {"datagram_bytes", &Config::datagram_bytes, "largest datagram to send; 0: as the network allows", check_datagram_bytes},
     {"threads", &Config::threads, "threads that step the world", check_threads},
+    {"memory_mib", &Config::memory_mib, "memory taken at the start, so that no tick waits for it", check_memory},
     {"bodies_max", &Config::bodies_max, "bodies that the world takes", check_bodies_max},
     {"wrenches_max", &Config::wrenches_max, "wrenches that act at once", check_wrenches_max},
     {"log_level", &Config::log_level, "trace, debug, info, warn, error or off", check_log_level, kReloadable},

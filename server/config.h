@@ -26,6 +26,7 @@ struct Config {
   bool allow_shutdown = false;  ///< clients may end the daemon
   int datagram_bytes = 0;       ///< largest to send; 0: 60000 on this host (ttl=0), else 1400
   int threads = 1;
+  int memory_mib = 64;              ///< taken at the start, MiB
   int bodies_max = 1'000'000;       ///< that the world takes
   int wrenches_max = 1'000'000;     ///< that act at once
   std::string log_level = "info";   ///< trace, debug, info, warn, error or off

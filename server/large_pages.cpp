@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::size_t kLargePage = std::size_t{1} << 21;
 
+/// Not a sanitizer's, which would fill what it is asked for.
+bool is_heap_of_libc() { return mallinfo2().arena > 0; }
+
 /// What the heap may grow to in large pages: more than a world takes where there is room for one.
 std::size_t quarter_of_memory() {
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
@@ -26,8 +29,7 @@ std::size_t quarter_of_memory() {
 /// once, while little is in it, and told to lie in large pages; what comes before the first of
 /// these is left out.
 void keep_memory_in_large_pages() {
-  const bool is_heap_of_libc = mallinfo2().arena > 0;  // not a sanitizer's, which would fill it
-  if (!is_heap_of_libc || mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0 ||
+  if (!is_heap_of_libc() || mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0 ||
       mallopt(M_ARENA_MAX, 1) == 0) {
     return;
   }
@@ -41,6 +43,17 @@ void keep_memory_in_large_pages() {
   }
   std::free(room);
   [[maybe_unused]] static void* const left_out = std::malloc(before);
+}
+
+void take_memory(std::size_t size) {
+  constexpr std::size_t kSmallestPage = 4096;
+  if (!is_heap_of_libc()) return;
+  void* const room = std::malloc(size);
+  if (room == nullptr) return;
+  for (std::size_t at = 0; at < size; at += kSmallestPage) {
+    static_cast<volatile char*>(room)[at] = 0;  // volatile: or it is left out, as nobody reads it
+  }
+  std::free(room);
 }
 
 }  // namespace cradle

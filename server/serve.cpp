@@ -12,6 +12,7 @@
 #include "protocol/transport/lcm_transport.h"
 #include "server/daemon.h"
 #include "server/exit_code.h"
+#include "server/large_pages.h"
 #include "server/log.h"
 #include "server/metrics_page.h"
 #include "server/service_manager.h"
@@ -194,6 +195,7 @@ int run_daemon(const ConfigSources& sources) {
 
   const WorldLock lock(options.world, url.group, url.port);
   if (!lock.is_held()) refuse_taken(options.world, url, "on this host");
+  take_memory(static_cast<std::size_t>(config.memory_mib) << 20);
   auto control = open(url, Lane::send_and_receive);
   auto states = open(url.state_lane(), Lane::send_only);
   Daemon daemon(options, std::move(scene), std::move(control), std::move(states));

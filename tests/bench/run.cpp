@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "server/collision/machine_lanes.h"
+#include "server/config.h"
 #include "server/dynamics/free_flight.h"
+#include "server/large_pages.h"
 #include "server/simulate.h"
 #include "server/thread_pool.h"
 #include "tests/bench/conservation.h"
@@ -49,6 +51,7 @@ Scene scene_of(const Case& which) {
 }
 
 Row watch(const Case& which, const Scene& scene, const Engine& engine, const Between& between) {
+  take_memory(static_cast<std::size_t>(Config().memory_mib) << 20);  // as cradled, for all engines
   const double rate_hz = scene.settings.rate_hz;
   const auto measure = which.measure(scene);
   PenetrationCheck check(scene);

@@ -33,6 +33,7 @@ allow_control = false
 allow_shutdown = true
 datagram_bytes = 1400
 threads = 2
+memory_mib = 3
 bodies_max = 7
 wrenches_max = 8
 log_level = "debug"
@@ -50,6 +51,7 @@ metrics = "[::1]:9464"
   CHECK(config.allow_shutdown);
   CHECK(config.datagram_bytes == 1400);
   CHECK(config.threads == 2);
+  CHECK(config.memory_mib == 3);
   CHECK(config.bodies_max == 7);
   CHECK(config.wrenches_max == 8);
   CHECK(config.log_level == "debug");
@@ -93,6 +95,7 @@ TEST_CASE("a wrong configuration is refused with file, line and reason") {
       {"datagram_bytes = 511", "cradled.toml:1: datagram_bytes: must be 0"},
       {"datagram_bytes = 60001", "cradled.toml:1: datagram_bytes: must be 0"},
       {"threads = 0", "cradled.toml:1: threads: must be 1 to 256"},
+      {"memory_mib = 65537", "cradled.toml:1: memory_mib: must be 0 to 65536"},
       {"bodies_max = -1", "cradled.toml:1: bodies_max: must be 0 to 1000000"},
       {"wrenches_max = 1000001", "cradled.toml:1: wrenches_max: must be 0 to 1000000"},
       {"threads = 257", "cradled.toml:1: threads: must be 1 to 256"},
@@ -154,9 +157,9 @@ TEST_CASE("a wrong scene is a wrong value, with its own place") {
 }
 
 TEST_CASE("values at the limits of a configuration are accepted") {
-  for (const std::string text :
-       {"rate_hz = 1", "rate_hz = 10000", "datagram_bytes = 512", "datagram_bytes = 60000",
-        "threads = 256", "log_level = 'off'", "world = 'abcdefghijklmnopqrstuvwx'"}) {
+  for (const std::string text : {"rate_hz = 1", "rate_hz = 10000", "datagram_bytes = 512",
+                                 "datagram_bytes = 60000", "threads = 256", "memory_mib = 65536",
+                                 "log_level = 'off'", "world = 'abcdefghijklmnopqrstuvwx'"}) {
     CHECK(refusal_of(text) == "");
   }
 }

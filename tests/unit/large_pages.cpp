@@ -1,6 +1,7 @@
 #include "server/large_pages.h"
 
 #include <malloc.h>
+#include <sys/resource.h>
 
 #include <catch2/catch.hpp>
 #include <cstddef>
@@ -34,7 +35,23 @@ std::uintptr_t place_of(const std::vector<char>& bytes) {
 /// Where an array of so many bytes lies, which is gone again.
 std::uintptr_t place_of(std::size_t size) { return place_of(std::vector<char>(size, 1)); }
 
+long page_faults() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_minflt;
+}
+
 }  // namespace
+
+TEST_CASE("nobody waits for a page of memory that was taken") {
+  if (mallinfo2().arena == 0) return;  // a sanitizer's allocator
+  keep_memory_in_large_pages();
+  take_memory(32 * kLarge);
+  const long before = page_faults();
+  std::vector<char> array;
+  for (std::size_t size = 1; size <= 8 * kLarge; size *= 2) array.resize(size, 1);
+  CHECK(page_faults() - before < 4);  // 8 of large pages, thousands of small ones
+}
 
 TEST_CASE("memory stays, in large pages, whatever an array's size") {
   if (mallinfo2().arena == 0) return;  // a sanitizer's allocator

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "server/large_pages.h"
 #include "server/scene_lattice.h"
 #include "server/simulate.h"
 #include "tests/bench/cases.h"
@@ -111,6 +112,8 @@ Scene free_bodies(int number) {
   return scene;
 }
 
+constexpr std::size_t kBytesOfPile = 18'000;  // a body
+
 constexpr int kFrom = 4000;
 std::vector<int> doubled(int first, int last) {
   std::vector<int> numbers;
@@ -165,6 +168,8 @@ GrowthRow run(const GrowthCase& which, int number) {
     copy = heap_bytes() - before;
   }
   running.emplace(scene);
+  if (which.warm_up == 0)
+    take_memory(static_cast<std::size_t>(number) * kBytesOfPile);  // others have it after that
   SerialExecutor here;
   std::vector<double> us;
   for (int tick = 0; tick < which.warm_up + which.ticks; ++tick) {

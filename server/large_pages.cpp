@@ -45,15 +45,16 @@ void keep_memory_in_large_pages() {
   [[maybe_unused]] static void* const left_out = std::malloc(before);
 }
 
-void take_memory(std::size_t size) {
+bool take_memory(std::size_t size) {
   constexpr std::size_t kSmallestPage = 4096;
-  if (!is_heap_of_libc()) return;
+  if (!is_heap_of_libc()) return true;
   void* const room = std::malloc(size);
-  if (room == nullptr) return;
+  if (room == nullptr) return false;
   for (std::size_t at = 0; at < size; at += kSmallestPage) {
     static_cast<volatile char*>(room)[at] = 0;  // volatile: or it is left out, as nobody reads it
   }
   std::free(room);
+  return true;
 }
 
 }  // namespace cradle

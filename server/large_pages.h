@@ -15,8 +15,8 @@ void keep_memory_in_large_pages();
 
 /// Uses so many bytes of it now, for whatever comes: as a world grows, ticks do not wait for pages
 /// then. The first use of a large page takes 0.1 ms, and 6 ms on a virtual machine whose host looks
-/// for that memory only then. After a fork the child has to do so by itself. Of memory that is not
-/// kept (above): nothing.
-void take_memory(std::size_t size);
+/// for that memory only then. After a fork the child has to do so by itself. False: there is not so
+/// much. Of what is not kept, as above, it is in vain.
+bool take_memory(std::size_t size);
 
 }  // namespace cradle

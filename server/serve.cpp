@@ -195,7 +195,9 @@ int run_daemon(const ConfigSources& sources) {
 
   const WorldLock lock(options.world, url.group, url.port);
   if (!lock.is_held()) refuse_taken(options.world, url, "on this host");
-  take_memory(static_cast<std::size_t>(config.memory_mib) << 20);
+  if (!take_memory(static_cast<std::size_t>(config.memory_mib) << 20)) {
+    write_log(LogLevel::warn, "there is less memory than memory_mib, so none is taken");
+  }
   auto control = open(url, Lane::send_and_receive);
   auto states = open(url.state_lane(), Lane::send_only);
   Daemon daemon(options, std::move(scene), std::move(control), std::move(states));

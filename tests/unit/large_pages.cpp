@@ -46,11 +46,16 @@ long page_faults() {
 TEST_CASE("nobody waits for a page of memory that was taken") {
   if (mallinfo2().arena == 0) return;  // a sanitizer's allocator
   keep_memory_in_large_pages();
-  take_memory(32 * kLarge);
+  REQUIRE(take_memory(32 * kLarge));
   const long before = page_faults();
   std::vector<char> array;
   for (std::size_t size = 1; size <= 8 * kLarge; size *= 2) array.resize(size, 1);
   CHECK(page_faults() - before < 4);  // 8 of large pages, thousands of small ones
+}
+
+TEST_CASE("memory that there is not is not taken") {
+  if (mallinfo2().arena == 0) return;  // a sanitizer's allocator
+  CHECK(!take_memory(std::size_t{1} << 62));
 }
 
 TEST_CASE("memory stays, in large pages, whatever an array's size") {

@@ -1,6 +1,7 @@
 /// How cost and memory grow with the number of bodies: T1 and T2 at constant density, and T4.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -21,6 +22,8 @@ struct GrowthCase {
   int warm_up, ticks;        ///< not timed, and timed
   Scene (*scene)(int number);
   std::string_view about;
+  /// A body, that it takes after the first tick: there before, as `memory_mib` has it in a server.
+  std::size_t bytes_to_come = 0;
 };
 
 /// In the order in which they are listed and run.

@@ -178,7 +178,7 @@ std::array<double, kBlockPoints> advance(std::span<ContactConstraint> constraint
   unpack(blocks, all);
   std::array<double, kBlockPoints> separations{};
   const ContactBlock& first = blocks.runs()[0].blocks[0];
-  for (std::size_t i = 0; i < kBlockPoints; ++i) separations[i] = first.s[i][0];
+  for (std::size_t i = 0; i < kBlockPoints; ++i) separations[i] = first.points[i].s[0];
   return separations;
 }
 

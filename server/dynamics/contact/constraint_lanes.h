@@ -66,7 +66,8 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   V number{}, zero{};
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const auto is_there = at<V>(c.yields[i], lane) > V{};
+    auto& point = c.points[i];
+    const auto is_there = at<V>(point.yields, lane) > V{};
     load_columns<kLineDoubles>(r, c.lines + lane, Lines::kPoints + i * kLineDoubles);
     const V *const load = r + Lines::kLoad, force = load[2], press = load[3];
     arms[i] = {r[0], r[1], r[2]};
@@ -75,11 +76,11 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
     const V rest = filling.rest_loads != nullptr ? at<V>(filling.rest_loads[i], lane) : zero;
     const V lasting = smaller<V>(press, filling.excess * (force * K[i]));
     const V s0 = is_there ? r[3] - preload * larger<V>(lasting - rest, zero) : zero;
-    store(c.s0[i] + lane, s0);
-    store(c.s[i] + lane, s0);
-    store(c.lambda_1[i] + lane, is_there ? filling.h * load[0] : zero);
-    store(c.lambda_2[i] + lane, is_there ? filling.h * load[1] : zero);
-    store(c.lambda[i] + lane, is_there ? filling.h * force : zero);
+    store(point.s0 + lane, s0);
+    store(point.s + lane, s0);
+    store(point.lambda_1 + lane, is_there ? filling.h * load[0] : zero);
+    store(point.lambda_2 + lane, is_there ? filling.h * load[1] : zero);
+    store(point.lambda + lane, is_there ? filling.h * force : zero);
   }
   // The mean of the points: between them every point has a short lever.
   const V share = 1 / larger<V>(number, one);
@@ -90,10 +91,11 @@ CRADLE_LANES void fill_lanes(ContactBlock& c, int lane, bool is_round,
   store(c.gap_haste + lane, r[5] > V{} ? fill<V>(kImpactHaste) : one);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const auto is_there = at<V>(c.yields[i], lane) > V{};
+    auto& point = c.points[i];
+    const auto is_there = at<V>(point.yields, lane) > V{};
     const Triple<V> from_centre = arms[i] - centre;
-    store(c.u[i] + lane, is_there ? dot(t1, from_centre) : zero);
-    store(c.v[i] + lane, is_there ? dot(t2, from_centre) : zero);
+    store(point.u + lane, is_there ? dot(t1, from_centre) : zero);
+    store(point.v + lane, is_there ? dot(t2, from_centre) : zero);
   }
 }
 
@@ -113,13 +115,14 @@ CRADLE_LANES void take_lanes(const ContactBlock& c, int lane, const BlockTaking&
   load_columns<kLineDoubles, 0, kBlockPoints>(K, c.lines + lane, ConstraintLines::kMasses);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
+    auto& point = c.points[i];
     const int begin = ConstraintLines::kPoints + i * kLineDoubles;
-    const V yields = at<V>(c.yields[i], lane);
+    const V yields = at<V>(point.yields, lane);
     load_columns<kLineDoubles, ConstraintLines::kLoad>(r, c.lines + lane, begin);
     // Of what does nothing, some lanes have no friction, others that of sign minus: plus 0, all.
-    load[0] = at<V>(c.lambda_1[i], lane) / taking.h + V{};
-    load[1] = at<V>(c.lambda_2[i], lane) / taking.h + V{};
-    load[2] = at<V>(c.lambda[i], lane) / taking.h;
+    load[0] = at<V>(point.lambda_1, lane) / taking.h + V{};
+    load[1] = at<V>(point.lambda_2, lane) / taking.h + V{};
+    load[2] = at<V>(point.lambda, lane) / taking.h;
     K[i] = yields > V{} ? 1 / yields : V{};
     const V now = load[2] * K[i];
     load[3] = yields > V{} ? press_after<V>(load[3], now, taking) : V{};

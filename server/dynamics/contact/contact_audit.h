@@ -3,7 +3,7 @@
 // eight lanes, so that they are the same at every width.
 #pragma once
 
-#include "server/dynamics/contact/manifold_lanes.h"
+#include "server/dynamics/contact/contact_twist.h"
 
 namespace cradle {
 namespace {
@@ -23,20 +23,19 @@ CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& st
                               const BodyLine* velocities, ContactTally& tally) {
   const Frame<V> f = frame_at<V>(c, lane);
   const Bodies<V, Round<V>> bodies = bodies_at<V, Round<V>>(c, lane, velocities);
-  const Triple<V> Vc = bodies.V_at_centre(), W = bodies.B.angular - bodies.A.angular;
-  const V Vn = dot(f.n, Vc), V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
-  const V Wn = dot(f.n, W), W1 = dot(f.t1, W), W2 = dot(f.t2, W);
+  const auto [Vn, V1, V2, Wn, W1, W2] = twist_of(f, bodies);
   const V haste = step.rate * at<V>(c.gap_haste, lane), friction = at<V>(c.friction, lane);
   const V share = 1 / (1 + friction * friction);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), yields = at<V>(c.yields[i], lane);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane), yields = at<V>(point.yields, lane);
     const auto is_there = yields > V{};
     const V K = select(is_there, 1 / yields, V{});
     const V vn = Vn + v * W1 - u * W2, u1 = V1 - v * Wn, u2 = V2 + u * Wn;
-    const V un = vn + larger<V>(at<V>(c.s[i], lane), V{}) * haste;
-    const V pn = K * at<V>(c.lambda[i], lane);
-    const V p1 = K * at<V>(c.lambda_1[i], lane), p2 = K * at<V>(c.lambda_2[i], lane);
+    const V un = vn + larger<V>(at<V>(point.s, lane), V{}) * haste;
+    const V pn = K * at<V>(point.lambda, lane);
+    const V p1 = K * at<V>(point.lambda_1, lane), p2 = K * at<V>(point.lambda_2, lane);
     const V un_cone = un + friction * root<V>(u1 * u1 + u2 * u2);
 
     const V zn = pn - un_cone, z1 = p1 - u1, z2 = p2 - u2, t = root<V>(z1 * z1 + z2 * z2);
@@ -71,8 +70,9 @@ CRADLE_LANES void work_lanes(const ContactBlock& c, int lane, const BodyLine* me
   V Pn{}, P1{}, P2{}, Tn{}, T1{}, T2{};
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane), l = at<V>(c.lambda[i], lane);
-    const V f1 = at<V>(c.lambda_1[i], lane), f2 = at<V>(c.lambda_2[i], lane);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane), l = at<V>(point.lambda, lane);
+    const V f1 = at<V>(point.lambda_1, lane), f2 = at<V>(point.lambda_2, lane);
     Pn = Pn + l;
     T1 = T1 + v * l;
     T2 = T2 - u * l;

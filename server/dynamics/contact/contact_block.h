@@ -30,30 +30,35 @@ struct ConstraintLines {
 /// masses and impulses are 0; so is everything in lanes without a manifold.
 struct ContactBlock {
   using Row = double[kBlockLanes];
+  // What all passes of a sub-step read lies side by side, points after each other, and what some
+  // runs have no use for comes last.
   alignas(64) Row n[3], t1[3];
-  Row arm_A[3], arm_B[3];                          ///< m, from Bcm to c
-  Row u[kBlockPoints], v[kBlockPoints];            ///< m
-  Row s0[kBlockPoints];                            ///< m, at the tick's start
-  Row s[kBlockPoints];                             ///< m, at the last evaluation
-  Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz; unset if `is_round`
-  Row friction;
-  Row gap_haste;               ///< a gap may close in so much less than a sub-step: 1, or
-                               ///< kImpactHaste
-  Row yields[kBlockPoints];    ///< 1/K along n; kg
-  Row coupling[6];             ///< K between points 01 02 03 12 13 23; 1/kg
-  Row yields_t[kBlockPoints];  ///< 1 / the largest K in the tangent plane; kg
-  Row response_t[6];           ///< of (V1, V2, Wn) to (P1, P2, Tn): 11 12 1n 22 2n nn
-  Row inverse_soft[10], inverse_hard[10];  ///< see contact_method.h; of runs that are `joint`
-  Row inverse_t[6];                        ///< likewise, 1/response_t: 11 12 1n 22 2n nn
-  Row share, lever_share;                  ///< likewise: 1 / points, 1 / sum of u^2 + v^2
-  Row lambda[kBlockPoints];                ///< N s, of a sub-step
-  Row lambda_1[kBlockPoints], lambda_2[kBlockPoints];
-  Row part;                                     ///< of its impulses: for `repeat` and `scale`
-  Row sink_share;                               ///< 1 - preload
-  double* lines[kBlockLanes];                   ///< of its constraint; zeros where there is none
-  std::int32_t a[kBlockLanes], b[kBlockLanes];  ///< lines to read
+  Row arm_A[3], arm_B[3];                               ///< m, from Bcm to c
+  std::int32_t a[kBlockLanes], b[kBlockLanes];          ///< lines to read
   std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
-  std::int32_t source[kBlockLanes];                     ///< which constraint; -1: none
+  Row part;  ///< of its impulses: for `repeat` and `scale`
+  Row friction;
+  Row gap_haste;  ///< a gap may close in so much less than a sub-step: 1, or kImpactHaste
+  struct Point {
+    Row u, v;      ///< m
+    Row s;         ///< m, at the last evaluation
+    Row yields;    ///< 1/K along n; kg
+    Row lambda;    ///< N s, of a sub-step
+    Row s0;        ///< m, at the tick's start
+    Row yields_t;  ///< 1 / the largest K in the tangent plane; kg
+    Row lambda_1, lambda_2;
+  };
+  Point points[kBlockPoints];
+  Row coupling[6];    ///< K between points 01 02 03 12 13 23; 1/kg
+  Row response_t[6];  ///< of (V1, V2, Wn) to (P1, P2, Tn): 11 12 1n 22 2n nn
+  Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz; unset if `is_round`
+  // See contact_method.h; of runs that are `joint`.
+  Row inverse_soft[10], inverse_hard[10];
+  Row inverse_t[6];                  ///< 1/response_t: 11 12 1n 22 2n nn
+  Row share, lever_share;            ///< 1 / points, 1 / sum of u^2 + v^2
+  Row sink_share;                    ///< 1 - preload
+  double* lines[kBlockLanes];        ///< of its constraint; zeros where there is none
+  std::int32_t source[kBlockLanes];  ///< which constraint; -1: none
 };
 
 /// v and w, or displacement and turn since the tick's start, of one body.

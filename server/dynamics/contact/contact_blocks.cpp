@@ -56,7 +56,7 @@ void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
   std::fill_n(block.a_out, kBlockLanes, waste);
   std::fill_n(block.b_out, kBlockLanes, waste);
   std::fill_n(block.source, kBlockLanes, -1);
-  std::fill_n(block.yields[0], kBlockPoints * kBlockLanes, 0);
+  for (ContactBlock::Point& point : block.points) std::fill_n(point.yields, kBlockLanes, 0);
 }
 
 }  // namespace
@@ -105,7 +105,7 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     block.b[lane] = b;
     block.a_out[lane] = bodies.yields(a) ? a : waste;
     block.b_out[lane] = bodies.yields(b) ? b : waste;
-    for (int i = 0; i < run.points; ++i) block.yields[i][lane] = i < c.count ? 1 : 0;
+    for (int i = 0; i < run.points; ++i) block.points[i].yields[lane] = i < c.count ? 1 : 0;
     if (!c.has_rested) continue;
     if (!std::exchange(has_rested, true))
       std::ranges::fill(std::span(rest_loads[0], std::size(rest_loads) * kBlockLanes), 0);

@@ -68,7 +68,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
   for (int i = 0; i < points * (points - 1) / 2; ++i) K[i] = at<V>(c.coupling[i], lane);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V yields = at<V>(c.yields[i], lane);
+    const V yields = at<V>(c.points[i].yields, lane);
     own[i] = select(is_there[i] > V{}, 1 / yields, V{});
     sum = sum + own[i];
     number = number + is_there[i];
@@ -90,7 +90,8 @@ CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
   V number{}, lever2{};
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane);
     number = number + is_there[i];
     lever2 = lever2 + (u * u + v * v);
   }
@@ -129,19 +130,20 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
   V x0[points], x1[points], x2[points], is_there[points];
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane);
     x0[i] = g00 + g01 * v - g02 * u;
     x1[i] = g01 + g11 * v - g12 * u;
     x2[i] = g02 + g12 * v - g22 * u;
     const V K = x0[i] + x1[i] * v - x2[i] * u;
-    is_there[i] = at<V>(c.yields[i], lane);  // 1 or 0
-    store(c.yields[i] + lane, select(is_there[i] > V{}, 1 / K, V{}));
+    is_there[i] = at<V>(point.yields, lane);  // 1 or 0
+    store(point.yields + lane, select(is_there[i] > V{}, 1 / K, V{}));
   }
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     CRADLE_UNROLLED
     for (int j = i + 1; j < points; ++j) {
-      const V K = x0[i] + x1[i] * at<V>(c.v[j], lane) - x2[i] * at<V>(c.u[j], lane);
+      const V K = x0[i] + x1[i] * at<V>(c.points[j].v, lane) - x2[i] * at<V>(c.points[j].u, lane);
       store(c.coupling[coupled(i, j)] + lane, select(is_there[i] * is_there[j] > V{}, K, V{}));
     }
   }
@@ -168,13 +170,14 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
   }
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane);
     const V K11 = h11 - 2 * v * h1n + v * v * hnn;
     const V K22 = h22 + 2 * u * h2n + u * u * hnn;
     const V K12 = h12 + u * h1n - v * h2n - u * v * hnn;
     const V half = (K11 - K22) / 2;
     const V K = (K11 + K22) / 2 + root<V>(half * half + K12 * K12);
-    store(c.yields_t[i] + lane, select(is_there[i] > V{}, 1 / K, V{}));
+    store(point.yields_t + lane, select(is_there[i] > V{}, 1 / K, V{}));
   }
 }
 

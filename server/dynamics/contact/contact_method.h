@@ -27,56 +27,10 @@
 #include "server/dynamics/contact/constraint_lanes.h"
 #include "server/dynamics/contact/contact_audit.h"
 #include "server/dynamics/contact/contact_masses.h"
+#include "server/dynamics/contact/contact_twist.h"
 
 namespace cradle {
 namespace {
-
-/// In the manifold's frame: normal impulses, and the twists they make. A point by itself is the
-/// centre, and makes none.
-template <class V, int points>
-struct Wrench {
-  static constexpr bool kTwists = points > 1;
-  V Pn{}, P1{}, P2{}, Tn{}, T1{}, T2{};
-
-  CRADLE_LANES void add_normal(const V& l, const V& u, const V& v) {
-    Pn = Pn + l;
-    if constexpr (kTwists) {
-      T1 = T1 + v * l;
-      T2 = T2 - u * l;
-    }
-  }
-  CRADLE_LANES void add_friction(const V& f1, const V& f2, const V& u, const V& v) {
-    P1 = P1 + f1;
-    P2 = P2 + f2;
-    if constexpr (kTwists) Tn = Tn + (u * f2 - v * f1);
-  }
-  template <class B>
-  CRADLE_LANES void push(const Frame<V>& f, B& bodies) const {
-    const Triple<V> P = Pn * f.n + P1 * f.t1 + P2 * f.t2;
-    if constexpr (kTwists) {
-      bodies.push(P, Tn * f.n + T1 * f.t1 + T2 * f.t2);
-    } else {
-      bodies.push(P);
-    }
-  }
-  template <class B>
-  CRADLE_LANES void push_along_n(const Frame<V>& f, B& bodies) const {
-    if constexpr (kTwists) {
-      bodies.push(Pn * f.n, T1 * f.t1 + T2 * f.t2);
-    } else {
-      bodies.push(Pn * f.n);
-    }
-  }
-  template <class B>
-  CRADLE_LANES void push_across_n(const Frame<V>& f, B& bodies) const {
-    const Triple<V> P = P1 * f.t1 + P2 * f.t2;
-    if constexpr (kTwists) {
-      bodies.push(P, Tn * f.n);
-    } else {
-      bodies.push(P);
-    }
-  }
-};
 
 template <class V, int points, class Inertia>
 CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& part,
@@ -86,52 +40,14 @@ CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& par
   Wrench<V, points> wrench;
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
-    const V f1 = part * at<V>(c.lambda_1[i], lane), f2 = part * at<V>(c.lambda_2[i], lane);
-    wrench.add_normal(part * at<V>(c.lambda[i], lane), u, v);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane);
+    const V f1 = part * at<V>(point.lambda_1, lane), f2 = part * at<V>(point.lambda_2, lane);
+    wrench.add_normal(part * at<V>(point.lambda, lane), u, v);
     wrench.add_friction(f1, f2, u, v);
   }
   wrench.push(f, bodies);
   store_bodies(c, lane, bodies, velocities);
-}
-
-/// Normal velocities of the points.
-template <class V, int points, class Inertia>
-CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Frame<V>& f,
-                                    const Bodies<V, Inertia>& bodies, V* vn) {
-  const V Vn = dot(f.n, bodies.V_at_centre());
-  if constexpr (points == 1) {
-    vn[0] = Vn;
-    return;
-  }
-  const Triple<V> W = bodies.B.angular - bodies.A.angular;
-  const V W1 = dot(f.t1, W), W2 = dot(f.t2, W);
-  CRADLE_UNROLLED
-  for (int i = 0; i < points; ++i) {
-    vn[i] = Vn + at<V>(c.v[i], lane) * W1 - at<V>(c.u[i], lane) * W2;
-  }
-}
-
-/// Whether no point of any lane carries, rubs or will: gaps that do not close in the sub-step. What
-/// follows would change nothing then.
-template <class V, int points>
-CRADLE_LANES bool are_idle(const ContactBlock& c, int lane, const V* vn, const V& haste) {
-  auto is_idle = haste == haste;
-  CRADLE_UNROLLED
-  for (int i = 0; i < points; ++i) {
-    const V s = at<V>(c.s[i], lane), yields = at<V>(c.yields[i], lane);
-    const V lambda = at<V>(c.lambda[i], lane), none{};
-    const V ahead = select(s > V{}, vn[i] + s * haste, fill<V>(-1));
-    is_idle = is_idle & (lambda == none) & ((ahead >= none) | (yields == none));
-  }
-  if (!all<V>(is_idle)) return false;
-  V friction{};
-  CRADLE_UNROLLED
-  for (int i = 0; i < points; ++i) {
-    friction = friction +
-               (size_of<V>(at<V>(c.lambda_1[i], lane)) + size_of<V>(at<V>(c.lambda_2[i], lane)));
-  }
-  return all<V>(friction == V{});
 }
 
 /// The change of a normal impulse, once it is kept from pulling; the velocities of the points after
@@ -139,11 +55,11 @@ CRADLE_LANES bool are_idle(const ContactBlock& c, int lane, const V* vn, const V
 template <class V, int points>
 CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, V* vn,
                              Wrench<V, points>& wrench) {
-  const V old = at<V>(c.lambda[i], lane);
+  const V old = at<V>(c.points[i].lambda, lane);
   const V lambda = larger<V>(old + change, V{});
   const V step = lambda - old;
-  store(c.lambda[i] + lane, lambda);
-  wrench.add_normal(step, at<V>(c.u[i], lane), at<V>(c.v[i], lane));
+  store(c.points[i].lambda + lane, lambda);
+  wrench.add_normal(step, at<V>(c.points[i].u, lane), at<V>(c.points[i].v, lane));
   CRADLE_UNROLLED
   for (int j = i + 1; j < points; ++j) {
     vn[j] = vn[j] + at<V>(c.coupling[coupled(i, j)], lane) * step;
@@ -163,23 +79,24 @@ CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, cons
     for (int j = 0; j < points; ++j) {
       d = d - at<V>(G[i < j ? joined<points>(i, j) : joined<points>(j, i)], lane) * r[j];
     }
-    old[i] = at<V>(c.lambda[i], lane);
+    old[i] = at<V>(c.points[i].lambda, lane);
     change[i] = d;
     const V left = select(old[i] + d < V{}, old[i] / -d, fill<V>(1));
     reach = select(left < reach, left, reach);
   }
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
+    auto& point = c.points[i];
     const V lambda = larger<V>(old[i] + reach * change[i], V{});
     change[i] = lambda - old[i];
-    store(c.lambda[i] + lane, lambda);
-    wrench.add_normal(change[i], at<V>(c.u[i], lane), at<V>(c.v[i], lane));
+    store(point.lambda + lane, lambda);
+    wrench.add_normal(change[i], at<V>(point.u, lane), at<V>(point.v, lane));
   }
   const auto is_whole = reach == fill<V>(1);
   if (all<V>(is_whole)) return is_whole;
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    vn[i] = vn[i] + change[i] / at<V>(c.yields[i], lane);
+    vn[i] = vn[i] + change[i] / at<V>(c.points[i].yields, lane);
     CRADLE_UNROLLED
     for (int j = i + 1; j < points; ++j) {
       const V K = at<V>(c.coupling[coupled(i, j)], lane);
@@ -212,7 +129,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   const Frame<V> f = frame_at<V>(c, lane);
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
-  normal_velocities<V, points>(c, lane, f, bodies, vn);
+  normal_velocities<V, points>(c, lane, twist_of(f, bodies), vn);
   const V haste = step.rate * at<V>(c.gap_haste, lane);
   if (are_idle<V, points>(c, lane, vn, haste)) return;
   const Soft<V> soft{fill<V>(step.soft.mass_scale), fill<V>(step.soft.impulse_scale),
@@ -223,8 +140,9 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
     V r[points];
     CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
-      const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
-      const V yields = at<V>(c.yields[i], lane);
+      auto& point = c.points[i];
+      const V s = at<V>(point.s, lane), lambda = at<V>(point.lambda, lane);
+      const V yields = at<V>(point.yields, lane);
       const V bias = bias_of<V>(step, soft, s, yields, lambda);
       const V give = soft.impulse_scale * lambda / (soft.mass_scale * yields);
       r[i] = vn[i] + give + select(s > V{}, s * haste, bias / (soft.mass_scale * yields));
@@ -235,8 +153,9 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
   if (!all<V>(is_done)) {
     CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
-      const V s = at<V>(c.s[i], lane), lambda = at<V>(c.lambda[i], lane);
-      const V yields = at<V>(c.yields[i], lane);
+      auto& point = c.points[i];
+      const V s = at<V>(point.s, lane), lambda = at<V>(point.lambda, lane);
+      const V yields = at<V>(point.yields, lane);
       const V into = -(yields * (soft.mass_scale * vn[i]) +
                        bias_of<V>(step, soft, s, yields, lambda) + soft.impulse_scale * lambda);
       const V ahead = -(yields * (vn[i] + s * haste) + soft.impulse_scale * lambda);
@@ -256,15 +175,16 @@ CRADLE_LANES void separations(ContactBlock& c, int lane, const Frame<V>& f,
   const Triple<V> arm_A = at3<V>(c.arm_A, lane), arm_B = at3<V>(c.arm_B, lane);
   const V Sn = dot(f.n, B.linear + cross(B.angular, arm_B) - A.linear - cross(A.angular, arm_A));
   if constexpr (points == 1) {
-    store(c.s[0] + lane, at<V>(c.s0[0], lane) + Sn);
+    store(c.points[0].s + lane, at<V>(c.points[0].s0, lane) + Sn);
     return;
   }
   const Triple<V> H = B.angular - A.angular;
   const V H1 = dot(f.t1, H), H2 = dot(f.t2, H);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    store(c.s[i] + lane,
-          at<V>(c.s0[i], lane) + Sn + at<V>(c.v[i], lane) * H1 - at<V>(c.u[i], lane) * H2);
+    auto& point = c.points[i];
+    store(point.s + lane,
+          at<V>(point.s0, lane) + Sn + at<V>(point.v, lane) * H1 - at<V>(point.u, lane) * H2);
   }
 }
 
@@ -279,29 +199,30 @@ CRADLE_LANES auto stick(ContactBlock& c, int lane, const V& V1, const V& V2, con
   auto sticks = share == share;
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
-    const V is_there = select(at<V>(c.yields[i], lane) > V{}, fill<V>(1), V{});
-    f1[i] = at<V>(c.lambda_1[i], lane) - is_there * (F.x * share - v * turn);
-    f2[i] = at<V>(c.lambda_2[i], lane) - is_there * (F.y * share + u * turn);
-    const V limit = friction * at<V>(c.lambda[i], lane);
+    auto& point = c.points[i];
+    const V u = at<V>(point.u, lane), v = at<V>(point.v, lane);
+    const V is_there = select(at<V>(point.yields, lane) > V{}, fill<V>(1), V{});
+    f1[i] = at<V>(point.lambda_1, lane) - is_there * (F.x * share - v * turn);
+    f2[i] = at<V>(point.lambda_2, lane) - is_there * (F.y * share + u * turn);
+    const V limit = friction * at<V>(point.lambda, lane);
     sticks = sticks & (f1[i] * f1[i] + f2[i] * f2[i] <= limit * limit);
   }
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
-    const V old_1 = at<V>(c.lambda_1[i], lane), old_2 = at<V>(c.lambda_2[i], lane);
+    auto& point = c.points[i];
+    const V old_1 = at<V>(point.lambda_1, lane), old_2 = at<V>(point.lambda_2, lane);
     const V new_1 = select(sticks, f1[i], old_1), new_2 = select(sticks, f2[i], old_2);
-    store(c.lambda_1[i] + lane, new_1);
-    store(c.lambda_2[i] + lane, new_2);
-    wrench.add_friction(new_1 - old_1, new_2 - old_2, at<V>(c.u[i], lane), at<V>(c.v[i], lane));
+    store(point.lambda_1 + lane, new_1);
+    store(point.lambda_2 + lane, new_2);
+    wrench.add_friction(new_1 - old_1, new_2 - old_2, at<V>(point.u, lane), at<V>(point.v, lane));
   }
   return sticks;
 }
 
 template <class V, int points, bool joint, class Inertia>
 CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, Inertia>& bodies) {
-  const Triple<V> Vc = bodies.V_at_centre();
-  V V1 = dot(f.t1, Vc), V2 = dot(f.t2, Vc);
-  V Wn = dot(f.n, bodies.B.angular - bodies.A.angular);
+  const RelativeTwist<V> twist = twist_of(f, bodies);
+  V V1 = twist.V1, V2 = twist.V2, Wn = twist.Wn;
   Wrench<V, points> wrench;
   decltype(V1 == V1) is_done{};
   if constexpr (joint) is_done = stick<V, points>(c, lane, V1, V2, Wn, wrench);
@@ -312,20 +233,21 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, In
     const V friction = at<V>(c.friction, lane);
     CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
-      const V u = at<V>(c.u[i], lane), v = at<V>(c.v[i], lane);
-      const V yields = at<V>(c.yields_t[i], lane);
+      auto& point = c.points[i];
+      const V u = at<V>(point.u, lane), v = at<V>(point.v, lane);
+      const V yields = at<V>(point.yields_t, lane);
       const V v1 = points > 1 ? V1 - v * Wn : V1, v2 = points > 1 ? V2 + u * Wn : V2;
-      const V old_1 = at<V>(c.lambda_1[i], lane), old_2 = at<V>(c.lambda_2[i], lane);
+      const V old_1 = at<V>(point.lambda_1, lane), old_2 = at<V>(point.lambda_2, lane);
       const V f1 = old_1 - yields * v1, f2 = old_2 - yields * v2;
-      const V limit = friction * at<V>(c.lambda[i], lane), size2 = f1 * f1 + f2 * f2;
+      const V limit = friction * at<V>(point.lambda, lane), size2 = f1 * f1 + f2 * f2;
       V scale = fill<V>(1);
       const auto slides = size2 > limit * limit;
       if (any<V>(slides))
         scale = select(slides, limit / root<V>(size2), scale);  // waits for two series
       const V new_1 = select(is_done, old_1, scale * f1),
               new_2 = select(is_done, old_2, scale * f2);
-      store(c.lambda_1[i] + lane, new_1);
-      store(c.lambda_2[i] + lane, new_2);
+      store(point.lambda_1 + lane, new_1);
+      store(point.lambda_2 + lane, new_2);
       const V d1 = new_1 - old_1, d2 = new_2 - old_2, dn = u * d2 - v * d1;
       wrench.add_friction(d1, d2, u, v);
       if constexpr (points > 1) {
@@ -345,7 +267,7 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
   separations<V, points>(c, lane, f, motions);
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
-  normal_velocities<V, points>(c, lane, f, bodies, vn);
+  normal_velocities<V, points>(c, lane, twist_of(f, bodies), vn);
   const V haste = step.rate * at<V>(c.gap_haste, lane);
   if (are_idle<V, points>(c, lane, vn, haste)) return;
   Wrench<V, points> wrench;
@@ -354,16 +276,18 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
     V r[points];
     CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
-      const V yields = at<V>(c.yields[i], lane);
-      r[i] = select(yields > V{}, vn[i] + larger<V>(at<V>(c.s[i], lane), V{}) * haste, V{});
+      auto& point = c.points[i];
+      const V yields = at<V>(point.yields, lane);
+      r[i] = select(yields > V{}, vn[i] + larger<V>(at<V>(point.s, lane), V{}) * haste, V{});
     }
     is_done = add_normals<V, points>(c, lane, c.inverse_hard, r, vn, wrench);
   }
   if (!all<V>(is_done)) {
     CRADLE_UNROLLED
     for (int i = 0; i < points; ++i) {
-      const V allowed = larger<V>(at<V>(c.s[i], lane), V{}) * haste;
-      const V change = -at<V>(c.yields[i], lane) * (vn[i] + allowed);
+      auto& point = c.points[i];
+      const V allowed = larger<V>(at<V>(point.s, lane), V{}) * haste;
+      const V change = -at<V>(point.yields, lane) * (vn[i] + allowed);
       add_normal<V, points>(c, lane, i, select(is_done, V{}, change), vn, wrench);
     }
   }
@@ -446,7 +370,8 @@ struct Passes {
     for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
       const V part = at<V>(c.part, lane);
       for (int i = 0; i < run.points; ++i) {
-        for (BlockRow* row : {&c.lambda[i], &c.lambda_1[i], &c.lambda_2[i]}) {
+        auto& point = c.points[i];
+        for (BlockRow* row : {&point.lambda, &point.lambda_1, &point.lambda_2}) {
           store(*row + lane, part * at<V>(*row, lane));
         }
       }

@@ -90,7 +90,8 @@ Vector TurningContact::w(const BodyLines& bodies, const Side& side) const {
 
 TurningContact::Impulses TurningContact::at(std::size_t i) const {
   if (block_ != nullptr) {
-    return {block_->lambda[i][lane_], block_->lambda_1[i][lane_], block_->lambda_2[i][lane_]};
+    ContactBlock::Point& p = block_->points[i];
+    return {p.lambda[lane_], p.lambda_1[lane_], p.lambda_2[lane_]};
   }
   PointImpulse& own = c_->impulses[i];
   return {own.lambda, own.lambda_t.x(), own.lambda_t.y()};

@@ -27,6 +27,7 @@ class ThreadPool final : public Executor {
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   void for_ranges(int count, int least, RangeTask task) override;
+  int threads() const override { return threads_; }
   void begin_shift() override;
   void end_shift() override { is_shift_ = false; }
 

@@ -31,6 +31,10 @@ class Executor {
   /// Fewer than `least` indices are not worth a thread: a microsecond's work.
   virtual void for_ranges(int count, int least, RangeTask task) = 0;
 
+  /// How many ranges may be under way at a time: what takes more work in parts asks whether parts
+  /// are worth it. Results do not depend on it.
+  virtual int threads() const { return 1; }
+
   /// From here on until `end_shift` work may come at any time: threads that sleep are to get up
   /// meanwhile, and to stay awake.
   virtual void begin_shift() {}

@@ -77,7 +77,7 @@ void for_each_ball_in(const World::State& s, const Aabb& box, double reach, cons
   const Vector r = Vector::Constant(reach);
   const Aabb wider{box.lower - r, box.upper + r};
   s.balls.grid.for_each_in(wider, [&](std::int32_t number) {
-    const Ball& ball = s.balls.events.balls[index(number)];
+    const Ball& ball = s.balls.scene.balls[index(number)];
     const bool is_near = wider.holds({ball.x, ball.x});
     if (is_near && overlap(box, box_of_ball(s, ball))) visit(number);
   });
@@ -87,9 +87,19 @@ template <class F>
 void for_each_ball_in(const World::State& s, const Plane& plane, double reach, const F& visit) {
   const double most = plane.offset + 1.75 * reach;  // the root of three, at an edge
   for (std::size_t k = 0; k < s.balls.slots.size(); ++k) {
-    const Ball& ball = s.balls.events.balls[k];
+    const Ball& ball = s.balls.scene.balls[k];
     if (plane.normal_W.dot(ball.x) > most) continue;
     if (overlap(box_of_ball(s, ball), plane)) visit(static_cast<std::int32_t>(k));
+  }
+}
+
+/// To whatever may be in their way.
+void show_balls_beside(World::State& s) {
+  for (const BodyPair& pair : s.pairs) {
+    for (const std::int32_t k : {pair.a, pair.b}) {
+      const std::size_t i = index(s.colliders[index(k)]);
+      if (s.balls.could_fly(i)) show_ball(s, index(k), i);
+    }
   }
 }
 
@@ -99,7 +109,7 @@ void part_balls(World::State& s, Executor& executor) {
   Ballistic& balls = s.balls;
   const std::size_t others = s.colliders.size() - balls.slots.size();
   balls.are_apart = others * kOthers <= balls.slots.size() &&
-                    balls.grid.build(executor, balls.events.balls, s.dt, balls.v_mean, s.gravity_W);
+                    balls.grid.build(executor, balls.scene.balls, s.dt, balls.v_mean, s.gravity_W);
   if (!balls.are_apart) return;
   list_others(s);
   const double speed = balls.v_mean.norm() + balls.grid.speed_max();
@@ -112,34 +122,45 @@ void find_pairs_beside_balls(World::State& s, Executor& executor) {
   find_pairs_of_others(s, executor);
   const double reach = reach_of_boxes(s);
   const std::size_t most = pairs_max(s.colliders.size());
-  const auto add = [&](std::int32_t one, std::int32_t ball) {
-    const std::int32_t k = balls.colliders[index(ball)];
-    show_ball(s, index(k), index(balls.slots[index(ball)]));
-    s.pairs.push_back(in_order(one, k));
-  };
-  for (const std::int32_t k : balls.others.colliders) {
-    if (s.pairs.size() > most) break;
+  const auto of_box = [&](std::int32_t k, std::vector<BodyPair>& found) {
     const Aabb& box = s.boxes[index(k)];
-    if (!is_usable(box)) continue;
-    for_each_ball_in(s, box, reach, [&](std::int32_t ball) { add(k, ball); });
-  }
-  for (const Plane& plane : s.planes) {
-    if (s.pairs.size() > most) break;
-    for_each_ball_in(s, plane, reach, [&](std::int32_t ball) { add(plane.slot, ball); });
-  }
+    if (!is_usable(box)) return;
+    for_each_ball_in(s, box, reach, [&](std::int32_t ball) {
+      found.push_back(in_order(k, balls.colliders[index(ball)]));
+    });
+  };
+  const auto of_plane = [&](const Plane& plane, std::vector<BodyPair>& found) {
+    for_each_ball_in(s, plane, reach, [&](std::int32_t ball) {
+      found.push_back(in_order(plane.slot, balls.colliders[index(ball)]));
+    });
+  };
+  const std::size_t boxes = balls.others.colliders.size();
+  const auto find = [&](std::size_t begin, std::size_t end, std::vector<BodyPair>& found) {
+    for (std::size_t k = begin; k < end && found.size() <= most; ++k) {
+      if (k < boxes) {
+        of_box(balls.others.colliders[k], found);
+      } else {
+        of_plane(s.planes[k - boxes], found);
+      }
+    }
+    return 0;
+  };
+  balls.beside.find(executor, boxes + s.planes.size(), s.pairs, find);
   balls.are_apart = s.pairs.size() <= most && s.culling.crowded == 0;
   s.culling.method = "balls";
   balls.sorter.sort(s.colliders.size(), s.pairs);
+  show_balls_beside(s);
   if (!balls.are_apart) put_balls_in_boxes(s);
 }
 
 void put_balls_in_boxes(World::State& s) {
   Ballistic& balls = s.balls;
   for (std::size_t k = 0; k < balls.slots.size(); ++k) {
-    const Ball& ball = balls.events.balls[k];
+    const Ball& ball = balls.scene.balls[k];
     const std::size_t collider = index(balls.colliders[k]);
     show_ball(s, collider, index(balls.slots[k]));
-    if (ball.impacts == 0) s.boxes[collider] = box_of_ball(s, ball);
+    const StruckBall* const struck = balls.struck(static_cast<std::int32_t>(k));
+    s.boxes[collider] = struck != nullptr ? struck->known : box_of_ball(s, ball);
   }
 }
 
@@ -156,18 +177,18 @@ void add_pairs_of_bound_balls(World::State& s) {
       if (!is_fast(ball) && !is_fast(other)) return;
       balls.passed_by.push_back(in_order(balls.slots[k], balls.slots[index(other)]));
     };
-    const Aabb box = box_of_ball(s, balls.events.balls[k]);
+    const Aabb box = box_of_ball(s, balls.scene.balls[k]);
     for_each_ball_in(s, box, reach, [&](std::int32_t other) {
       if (balls.is_out[index(other)] == 0) {
-        if (balls.events.balls[index(other)].impacts == 0) pass(other);
+        if (balls.struck(other) == nullptr) pass(other);
       } else if (other > ball) {
         s.pairs.push_back({balls.slots[k], balls.slots[index(other)]});
       }
     });
     if (!s.fast.any) continue;
-    for (const std::int32_t other : balls.events.deviated) {
-      if (box.overlaps(s.boxes[index(balls.colliders[index(other)])])) pass(other);
-    }
+    balls.for_each_struck(balls.parts[0], [&](const StruckBall& other) {  // one, if some are out
+      if (box.overlaps(other.known)) pass(other.number);
+    });
   }
   s.balls.sorter.sort(s.bodies.size(), s.pairs);
 }

@@ -22,12 +22,23 @@ namespace cradle {
 /// whoever has, looks for what else it may meet.
 inline constexpr double kSpreads = 1.5;
 
+/// A pair of a ball with what is no business of balls.
+struct Stranger {
+  std::int32_t ball, slot;
+};
+
+/// Where impacts are found by themselves: ball_parts.h.
+struct BallPart {
+  BallGrid::Slab core;   ///< whose balls' impacts these are
+  BallGrid::Slab known;  ///< all that it looks at
+  BallEvents events;
+  BallGrid::Deviations deviations;
+  std::vector<Stranger> strangers;     ///< of balls that have deviated
+  std::vector<std::int32_t> partners;  ///< of a ball that looks around
+};
+
 /// Made anew in each tick, in memory that is kept.
 struct Ballistic {
-  /// A pair of a ball with what is no business of balls.
-  struct Stranger {
-    std::int32_t ball, slot;
-  };
   /// What the broad phase is told of, if not of all colliders.
   struct Others {
     std::vector<std::int32_t> colliders;  ///< places in `World::State::colliders`, ascending
@@ -47,12 +58,16 @@ struct Ballistic {
   std::vector<double> squares;         ///< m^2/s^2: of deviations from it, by part of the balls
   double spread = 0;                   ///< m/s, of their velocities about it, mean square
   std::vector<BodyPair> passed_by;     ///< pairs of fast deviated balls with what they do not know
-  BallEvents events;
-  BallReport report;
-  std::vector<Stranger> strangers;
+  BallScene scene;                     ///< when the tick begins
   std::vector<std::int32_t> obstacle_slots;
+  std::vector<BallPair> pairs;         ///< that may meet then, in the order of their slots
+  std::vector<Stranger> strangers;     ///< likewise
   std::vector<std::uint8_t> is_bound;  ///< by pair: overlaps, or rests on an obstacle
-  std::vector<std::int32_t> partners;  ///< of a ball that looks around
+  std::vector<BallPart> parts;
+  std::size_t parts_used = 0;
+  int undivided_ticks = 0;                  ///< still to come; no result depends on it
+  std::vector<const StruckBall*> in_order;  ///< of all parts
+  BallReport report;
 
   // Where the balls are apart from the broad phase: ball_pairs.h.
   bool are_apart = false;
@@ -62,17 +77,22 @@ struct Ballistic {
   std::vector<std::int32_t> colliders;  ///< by number: place in `World::State::colliders`
   Others others;                        ///< that can collide
   std::vector<BodyPair> met;            ///< of balls that may meet, by number
+  PairParts beside;                     ///< pairs of balls with others
   PairSorter sorter;
 
   bool could_fly(std::size_t slot) const { return !slots.empty() && number[slot] >= 0; }
-  /// Of one that could.
+  /// Of one that could, when the tick begins.
   const Ball& ball(std::size_t slot) const {
-    return events.balls[static_cast<std::size_t>(number[slot])];
+    return scene.balls[static_cast<std::size_t>(number[slot])];
   }
-  /// Likewise, m.
-  Vector x_start(std::size_t slot) const {
-    const auto k = static_cast<std::size_t>(number[slot]);
-    return events.balls[k].impacts == 0 ? events.balls[k].x : events.struck[k].x_start;
+  /// By number, after impacts; null: it had none.
+  const StruckBall* struck(std::int32_t ball) const;
+  /// Calls `visit(ball)` for those that had impacts, of a part.
+  template <class F>
+  void for_each_struck(const BallPart& part, const F& visit) const {
+    for (const StruckBall& ball : part.events.struck()) {
+      if (grid.is_in(part.core, ball.number)) visit(ball);
+    }
   }
   bool flies(std::size_t slot) const {
     return could_fly(slot) && is_out[static_cast<std::size_t>(number[slot])] == 0;

@@ -61,6 +61,7 @@ class Shuffled final : public Executor {
       end = begin;
     }
   }
+  int threads() const override { return 3; }
 
  private:
   std::minstd_rand random_{1};

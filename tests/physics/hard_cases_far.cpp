@@ -43,6 +43,7 @@ class TwoThreads final : public Executor {
     if (count > half) task(half, count);
     other.join();
   }
+  int threads() const override { return 2; }
 };
 
 /// Of a heap of balls, bricks and rods that fall on each other.

@@ -69,6 +69,8 @@ class Threads final : public Executor {
     }
   }
 
+  int threads() const override { return count_; }
+
  private:
   int count_;
 };

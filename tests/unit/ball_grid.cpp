@@ -141,6 +141,8 @@ TEST_CASE("a ball that was struck finds whom it may meet now") {
     std::vector<Ball> balls = crowd(random);
     BallGrid grid;
     if (!grid.build(here, balls, kTick, mean_velocity(balls), Vector::Zero())) continue;
+    BallGrid::Deviations deviations;
+    grid.begin(deviations);
     double now = 0;
     for (int strike = 0; strike < 20; ++strike) {
       now += uniform_in(random, 0, (kTick - now) / 5);
@@ -151,9 +153,10 @@ TEST_CASE("a ball that was struck finds whom it may meet now") {
                                                            Vector::Constant(speed));
       balls[i].v = v + change;
       balls[i].x -= now * change;
-      grid.note(static_cast<std::int32_t>(i), balls[i]);
+      const auto number = static_cast<std::int32_t>(i);
+      grid.note(deviations, number, balls[i]);
       std::vector<std::int32_t> near;
-      grid.for_each_near(static_cast<std::int32_t>(i), now,
+      grid.for_each_near(deviations, number, balls[i], now,
                          [&](std::int32_t other) { near.push_back(other); });
       for (std::size_t j = 0; j < balls.size(); ++j) {
         if (j == i || !balls_meet(balls[i], balls[j], now)) continue;

@@ -32,26 +32,28 @@ constexpr double kLevel = 1e-9;
 
 }  // namespace
 
-void BallEvents::begin(double dt, const Vector& gravity) {
-  dt_ = dt;
-  g_ = gravity;
-  obstacles.clear();
+void BallEvents::begin(const BallScene& scene) {
+  scene_ = &scene;
+  dt_ = scene.dt;
+  g_ = scene.gravity;
   pairs.clear();
-  deviated.clear();
+  struck_.clear();
+  strikes_.clear();
+  at_.assign(scene.balls.size(), -1);
 }
 
 double BallEvents::time_of(const BallPair& pair, double now) const {
-  const Ball& a = balls[index(pair.a)];
-  return pair.b >= 0 ? impact_time(a, balls[index(pair.b)], now, dt_)
-                     : impact_time(a, obstacles[index(~pair.b)], g_, now, dt_);
+  const Ball& a = ball(pair.a);
+  return pair.b >= 0 ? impact_time(a, ball(pair.b), now, dt_)
+                     : impact_time(a, scene_->obstacles[index(~pair.b)], g_, now, dt_);
 }
 
 /// Of a ball that rests on one obstacle, with another.
 double BallEvents::time_along(const BallPair& pair, double now) const {
-  const Obstacle& obstacle = obstacles[index(~pair.b)];
-  const Vector free = g_ - struck[index(pair.a)].held, x = position(pair.a, now),
+  const Obstacle& obstacle = scene_->obstacles[index(~pair.b)];
+  const Vector free = g_ - struck(pair.a)->held, x = position(pair.a, now),
                v = velocity(pair.a, now);
-  Ball a = balls[index(pair.a)];
+  Ball a = ball(pair.a);
   const NearestPlane plane = nearest_plane(obstacle, x);
   const bool is_held = plane.distance <= (1 + kStruckTogether) * a.radius &&
                        -plane.n.dot(v) <= kLevel * (v.norm() + dt_ * g_.norm()) &&
@@ -62,11 +64,16 @@ double BallEvents::time_along(const BallPair& pair, double now) const {
   return impact_time(a, obstacle, free, now, dt_);
 }
 
-double BallEvents::first_time(const BallPair& pair) const { return time_of(pair, 0); }
+bool BallEvents::do_meet(std::int32_t a, std::int32_t b, double now) const {
+  if (rests(a) || rests(b)) return true;  // or will: that is not told by lines
+  const Ball &one = ball(std::min(a, b)), &other = ball(std::max(a, b));
+  if (impact_time(one, other, now, dt_) != kNever) return true;
+  const double reach = (1 + kStruckTogether) * (one.radius + other.radius);
+  return (other.x - one.x + now * (other.v - one.v)).squaredNorm() <= reach * reach;
+}
 
-BallReport BallEvents::run(std::span<const std::uint8_t> is_out, BallSurroundings& surroundings) {
+void BallEvents::run(std::span<const std::uint8_t> is_out, BallSurroundings& surroundings) {
   is_out_ = is_out;
-  report_ = {};
   due_.clear();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const BallPair& pair = pairs[k];
@@ -74,45 +81,41 @@ BallReport BallEvents::run(std::span<const std::uint8_t> is_out, BallSurrounding
     if (pair.b >= 0 && is_out[index(pair.b)] != 0) continue;
     due_.push_back({pair.time, static_cast<std::int32_t>(k), 0, 0});
   }
-  if (due_.empty()) return report_;
+  if (due_.empty()) return;
   std::ranges::sort(due_, [](const Due& one, const Due& other) { return is_later(other, one); });
   next_due_ = 0;
   foreseen_.clear();
-  foreseen_.reserve(balls.size());  // their number varies: more than there will be
-  deviated.reserve(balls.size());
-  first_.assign(balls.size(), -1);
+  foreseen_.reserve(at_.size());  // their number varies: more than there will be
+  struck_.reserve(at_.size());
+  strikes_.reserve(at_.size());
+  first_.assign(at_.size(), -1);
   next_.clear();
-  struck.resize(balls.size());
-  place_.assign(balls.size(), -1);
+  place_.assign(at_.size(), -1);
   link_new_pairs();
   for (Due now{}; take_next(now);) {
     constexpr std::size_t kAhead = 2;
     if (next_due_ + kAhead < due_.size()) expect(due_[next_due_ + kAhead].pair, surroundings);
     const BallPair& pair = pairs[index(now.pair)];
-    const Ball* b = partner(pair);
-    if (balls[index(pair.a)].impacts != now.impacts_a) continue;
-    if (b != nullptr && b->impacts != now.impacts_b) continue;
+    if (impacts_of(pair.a) != now.impacts_a || impacts_of(pair.b) != now.impacts_b) continue;
     strike(now.pair, now.time, surroundings);
-    for (const std::int32_t ball : changed_) surroundings.look_around(ball, now.time);
-    link_new_pairs();
-    for (const std::int32_t ball : changed_) foresee_all_of(ball, now.time);
+    for (const std::int32_t one : changed_) {
+      surroundings.look_around(struck_of(one), now.time);
+      link_new_pairs();
+    }
+    for (const std::int32_t one : changed_) foresee_all_of(one, now.time);
   }
-  return report_;
 }
 
 /// Of what comes soon, most likely: balls lie anywhere, and so do their partners.
 void BallEvents::expect(std::int32_t k, const BallSurroundings& surroundings) const {
   const BallPair& pair = pairs[index(k)];
-  for (const std::int32_t ball : {pair.a, pair.b}) {
-    if (ball < 0) continue;
-    if (balls[index(ball)].impacts == 0) {
-      fetch(&struck[index(ball)], sizeof(StruckBall));
-      surroundings.expect(ball);
-    }
-    for_each_pair_of(ball, [&](std::int32_t number) {
-      const BallPair& one = pairs[index(number)];
-      const std::int32_t other = one.a == ball ? one.b : one.a;
-      if (other >= 0) fetch(&balls[index(other)]);
+  for (const std::int32_t one : {pair.a, pair.b}) {
+    if (one < 0) continue;
+    if (struck(one) == nullptr) surroundings.expect(one);
+    for_each_pair_of(one, [&](std::int32_t number) {
+      const BallPair& both = pairs[index(number)];
+      const std::int32_t other = both.a == one ? both.b : both.a;
+      if (other >= 0) fetch(&scene_->balls[index(other)]);
     });
   }
 }
@@ -133,10 +136,6 @@ bool BallEvents::is_later(const Due& one, const Due& other) {
   return one.time != other.time ? one.time > other.time : one.pair > other.pair;
 }
 
-const Ball* BallEvents::partner(const BallPair& pair) const {
-  return pair.b >= 0 ? &balls[index(pair.b)] : nullptr;
-}
-
 void BallEvents::link_new_pairs() {
   for (auto k = static_cast<std::int32_t>(next_.size() / 2); index(k) < pairs.size(); ++k) {
     const BallPair& pair = pairs[index(k)];
@@ -147,13 +146,12 @@ void BallEvents::link_new_pairs() {
 
 void BallEvents::foresee(std::int32_t k, double now) {
   const BallPair& pair = pairs[index(k)];
-  const Ball& a = balls[index(pair.a)];
-  const Ball* b = partner(pair);
-  if (is_out_[index(pair.a)] != 0 || (b != nullptr && is_out_[index(pair.b)] != 0)) return;
-  if (std::max(a.impacts, b != nullptr ? b->impacts : 0) > 2 * kImpactsMax) return;
-  const double time = b == nullptr && rests(pair.a) ? time_along(pair, now) : time_of(pair, now);
+  if (is_out_[index(pair.a)] != 0 || (pair.b >= 0 && is_out_[index(pair.b)] != 0)) return;
+  const int impacts_a = impacts_of(pair.a), impacts_b = impacts_of(pair.b);
+  if (std::max(impacts_a, impacts_b) > 2 * kImpactsMax) return;
+  const double time = pair.b < 0 && rests(pair.a) ? time_along(pair, now) : time_of(pair, now);
   if (time == kNever) return;
-  foreseen_.push_back({time, k, a.impacts, b != nullptr ? b->impacts : 0});
+  foreseen_.push_back({time, k, impacts_a, impacts_b});
   std::ranges::push_heap(foreseen_, is_later);
 }
 
@@ -163,68 +161,71 @@ void BallEvents::foresee_all_of(std::int32_t ball, double now) {
 
 /// The impact of a pair, and of all that touches it.
 void BallEvents::strike(std::int32_t pair, double t, BallSurroundings& surroundings) {
-  ++report_.impacts;
   gather(pair, t, surroundings);
-  if (struck_.size() <= std::size_t{kReflectedTogether}) {
-    reflect_together();
-  } else {
+  strikes_.push_back({changed_[0], contacts_.size() > std::size_t{kReflectedTogether}, 0});
+  if (strikes_.back().is_ordered) {
     reflect_in_order();
+  } else {
+    reflect_together();
   }
-  for (const Contact& contact : struck_) rub(contact, t);
+  for (const Contact& contact : contacts_) rub(contact, t);
   for (const std::int32_t number : changed_) {
-    Ball& ball = balls[index(number)];
     const std::size_t place = index(std::exchange(place_[index(number)], -1));
-    struck[index(number)].held = Vector::Zero();
-    ball.v = v_[place] - t * g_;
-    ball.x = x_[place] - t * ball.v - 0.5 * t * t * g_;
-    if (++ball.impacts == 1) deviated.push_back(number);
-    if (ball.impacts == 2 * kImpactsMax + 1) stay(ball, x_[place]);
+    StruckBall& one = struck_of(number);
+    one.held = Vector::Zero();
+    one.ball.v = v_[place] - t * g_;
+    one.ball.x = x_[place] - t * one.ball.v - 0.5 * t * t * g_;
+    if (++one.ball.impacts == 2 * kImpactsMax + 1) stay(one.ball, x_[place]);
   }
-  for (const Contact& contact : struck_) rest_if_due(contact, t);
+  for (const Contact& contact : contacts_) rest_if_due(contact, t);
 }
 
 /// It keeps its velocity, and loses the rest of the tick.
 void BallEvents::stay(Ball& ball, const Vector& x) {
-  ++report_.spent;
+  ++strikes_.back().spent;
   ball.x = x - dt_ * ball.v - 0.5 * dt_ * dt_ * g_;
 }
 
 bool BallEvents::is_touching(const BallPair& pair, double t, Vector& n) const {
-  const Ball& a = balls[index(pair.a)];
+  const double radius = ball(pair.a).radius;
   const Vector x = position(pair.a, t);
-  if (const Ball* b = partner(pair)) {
+  if (pair.b >= 0) {
+    const double other = ball(pair.b).radius;
     const Vector d = position(pair.b, t) - x;
-    const double reach = a.radius + b->radius + kStruckTogether * std::min(a.radius, b->radius);
+    const double reach = radius + other + kStruckTogether * std::min(radius, other);
     const double length2 = d.squaredNorm();
     n = d / std::sqrt(length2);
     return length2 <= reach * reach;
   }
-  const NearestPlane plane = nearest_plane(obstacles[index(~pair.b)], x);
+  const NearestPlane plane = nearest_plane(scene_->obstacles[index(~pair.b)], x);
   n = -plane.n;
-  return plane.distance <= (1 + kStruckTogether) * a.radius;
+  return plane.distance <= (1 + kStruckTogether) * radius;
 }
 
 /// All contacts that are connected with it by balls; and these balls, as they are at the time.
 void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surroundings) {
-  struck_.clear();
+  contacts_.clear();
   changed_.clear();
   x_.clear();
   v_.clear();
-  const auto take = [&](std::int32_t ball) {
-    if (ball < 0 || place_[index(ball)] >= 0) return;
-    place_[index(ball)] = static_cast<std::int32_t>(changed_.size());
-    changed_.push_back(ball);
-    if (balls[index(ball)].impacts == 0) surroundings.before_impacts(ball, struck[index(ball)]);
-    x_.emplace_back().noalias() = position(ball, t);
-    v_.emplace_back().noalias() = velocity(ball, t);
+  const auto take = [&](std::int32_t number) {
+    if (number < 0 || place_[index(number)] >= 0) return;
+    place_[index(number)] = static_cast<std::int32_t>(changed_.size());
+    changed_.push_back(number);
+    if (struck(number) == nullptr) {
+      at_[index(number)] = static_cast<std::int32_t>(struck_.size());
+      surroundings.before_impacts(struck_.emplace_back(number, scene_->balls[index(number)]));
+    }
+    x_.emplace_back().noalias() = position(number, t);
+    v_.emplace_back().noalias() = velocity(number, t);
   };
   take(pairs[index(first)].a);
   take(pairs[index(first)].b);
   for (std::size_t k = 0; k < changed_.size(); ++k) {
-    const std::int32_t ball = changed_[k];
-    for_each_pair_of(ball, [&](std::int32_t number) {
+    const std::int32_t one = changed_[k];
+    for_each_pair_of(one, [&](std::int32_t number) {
       const BallPair& pair = pairs[index(number)];
-      const std::int32_t other = pair.a == ball ? pair.b : pair.a;
+      const std::int32_t other = pair.a == one ? pair.b : pair.a;
       const bool is_known =
           other >= 0 && place_[index(other)] >= 0 && index(place_[index(other)]) < k;
       if (is_known || is_out_[index(pair.a)] != 0) return;
@@ -232,7 +233,7 @@ void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surround
       Contact contact{number, Vector::Zero(), 0, {}};
       if (!is_touching(pair, t, contact.n) && number != first) return;
       contact.material = surroundings.material_of(pair);
-      struck_.push_back(contact);
+      contacts_.push_back(contact);
       take(other);
     });
   }
@@ -240,8 +241,7 @@ void BallEvents::gather(std::int32_t first, double t, BallSurroundings& surround
 
 double BallEvents::restitution(const Contact& contact) const {
   const BallPair& pair = pairs[index(contact.pair)];
-  const Ball* b = partner(pair);
-  const int impacts = std::max(balls[index(pair.a)].impacts, b != nullptr ? b->impacts : 0);
+  const int impacts = std::max(impacts_of(pair.a), impacts_of(pair.b));
   return impacts < kImpactsMax ? contact.material.restitution : 0;
 }
 
@@ -254,9 +254,9 @@ double BallEvents::normal_velocity(const Contact& contact) const {
 
 void BallEvents::push(const Contact& contact, const Vector& impulse) {
   const BallPair& pair = pairs[index(contact.pair)];
-  v_[index(place_[index(pair.a)])] -= struck[index(pair.a)].inverse_mass * impulse;
+  v_[index(place_[index(pair.a)])] -= struck(pair.a)->inverse_mass * impulse;
   if (pair.b < 0) return;
-  v_[index(place_[index(pair.b)])] += struck[index(pair.b)].inverse_mass * impulse;
+  v_[index(place_[index(pair.b)])] += struck(pair.b)->inverse_mass * impulse;
 }
 
 void BallEvents::push_normal(Contact& contact, double impulse) {
@@ -265,32 +265,32 @@ void BallEvents::push_normal(Contact& contact, double impulse) {
 }
 
 double BallEvents::inverse_mass(const BallPair& pair) const {
-  const double of_b = pair.b >= 0 ? struck[index(pair.b)].inverse_mass : 0;
-  return struck[index(pair.a)].inverse_mass + of_b;
+  const double of_b = pair.b >= 0 ? struck(pair.b)->inverse_mass : 0;
+  return struck(pair.a)->inverse_mass + of_b;
 }
 
 void BallEvents::reflect_together() {
-  if (struck_.size() == 1) {
-    Contact& only = struck_[0];
+  if (contacts_.size() == 1) {
+    Contact& only = contacts_[0];
     const BallPair& pair = pairs[index(only.pair)];
     const double approach = std::max(-normal_velocity(only), 0.0);
     push_normal(only, (1 + restitution(only)) * approach / inverse_mass(pair));
     return;
   }
-  const auto n = static_cast<Eigen::Index>(struck_.size());
+  const auto n = static_cast<Eigen::Index>(contacts_.size());
   ImpactMatrix A = ImpactMatrix::Zero(n, n);
   ImpactVector b(n), e(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Contact& one = struck_[static_cast<std::size_t>(i)];
+    const Contact& one = contacts_[static_cast<std::size_t>(i)];
     b[i] = normal_velocity(one);
     e[i] = restitution(one);
     for (Eigen::Index j = 0; j <= i; ++j) {
-      A(i, j) = A(j, i) = coupling(one, struck_[static_cast<std::size_t>(j)]);
+      A(i, j) = A(j, i) = coupling(one, contacts_[static_cast<std::size_t>(j)]);
     }
   }
   const Reflection reflection = reflect(A, b, e);
   for (Eigen::Index i = 0; i < n; ++i) {
-    push_normal(struck_[static_cast<std::size_t>(i)], reflection.impulses[i]);
+    push_normal(contacts_[static_cast<std::size_t>(i)], reflection.impulses[i]);
   }
 }
 
@@ -301,23 +301,22 @@ double BallEvents::coupling(const Contact& one, const Contact& other) const {
   for (const std::int32_t i : {p.a, p.b}) {
     if (i < 0) continue;
     const double side_p = i == p.a ? -1 : 1;
-    if (i == q.a) sum -= side_p * struck[index(i)].inverse_mass;
-    if (i == q.b) sum += side_p * struck[index(i)].inverse_mass;
+    if (i == q.a) sum -= side_p * struck(i)->inverse_mass;
+    if (i == q.b) sum += side_p * struck(i)->inverse_mass;
   }
   return sum * one.n.dot(other.n);
 }
 
 /// Energy and momentum are kept, symmetry is not.
 void BallEvents::reflect_in_order() {
-  ++report_.ordered;
   double fastest = 0;
-  for (const Contact& contact : struck_) {
+  for (const Contact& contact : contacts_) {
     fastest = std::max(fastest, -normal_velocity(contact));
   }
   bool has_changed = true;
   for (int sweep = 0; has_changed && sweep < 2 * kImpactsMax; ++sweep) {
     has_changed = false;
-    for (Contact& contact : struck_) {
+    for (Contact& contact : contacts_) {
       const BallPair& pair = pairs[index(contact.pair)];
       const double approach = -normal_velocity(contact);
       if (!(approach > 1e-12 * fastest)) continue;
@@ -335,10 +334,10 @@ void BallEvents::rub(const Contact& contact, double t) {
   const BallMaterial& material = contact.material;
   if (material.rolling_m > 0 || material.torsional_m > 0) rub_turning(contact, t);
   if (material.friction == 0) return;
-  StruckBall& a = struck[index(pair.a)];
-  StruckBall* b = pair.b >= 0 ? &struck[index(pair.b)] : nullptr;
-  const double radius_a = balls[index(pair.a)].radius;
-  const double radius_b = b != nullptr ? balls[index(pair.b)].radius : 0;
+  StruckBall& a = struck_of(pair.a);
+  StruckBall* b = pair.b >= 0 ? &struck_of(pair.b) : nullptr;
+  const double radius_a = a.ball.radius;
+  const double radius_b = b != nullptr ? b->ball.radius : 0;
   const Vector r_a = radius_a * contact.n;
   Vector v = -(v_[index(place_[index(pair.a)])] + a.w.cross(r_a));
   double K = inverse_mass(pair) + radius_a * radius_a * a.inverse_inertia;
@@ -358,8 +357,8 @@ void BallEvents::rub(const Contact& contact, double t) {
 /// Rolling and torsional friction, of spheres alike about all axes.
 void BallEvents::rub_turning(const Contact& contact, double t) {
   const BallPair& pair = pairs[index(contact.pair)];
-  StruckBall& a = struck[index(pair.a)];
-  StruckBall* b = pair.b >= 0 ? &struck[index(pair.b)] : nullptr;
+  StruckBall& a = struck_of(pair.a);
+  StruckBall* b = pair.b >= 0 ? &struck_of(pair.b) : nullptr;
   const double K = a.inverse_inertia + (b != nullptr ? b->inverse_inertia : 0);
   if (K == 0) return;
   const Vector W = (b != nullptr ? b->w : Vector(Vector::Zero())) - a.w;
@@ -384,8 +383,8 @@ void BallEvents::spin(StruckBall& ball, const Vector& change, double t) {
 void BallEvents::rest_if_due(const Contact& contact, double t) {
   const BallPair& pair = pairs[index(contact.pair)];
   if (pair.b >= 0) return;
-  Ball& ball = balls[index(pair.a)];
-  Vector& held = struck[index(pair.a)].held;
+  StruckBall& one = struck_of(pair.a);
+  Vector& held = one.held;
   const Vector n = -contact.n;
   const double a = -n.dot(g_ - held);
   const double leaving = n.dot(velocity(pair.a, t));
@@ -401,8 +400,8 @@ void BallEvents::rest_if_due(const Contact& contact, double t) {
   }
   held = g_ - along;
   const Vector x_end = x + left * v + 0.5 * left * left * along;
-  ball.v = v + left * along - dt_ * g_;
-  ball.x = x_end - dt_ * ball.v - 0.5 * dt_ * dt_ * g_;
+  one.ball.v = v + left * along - dt_ * g_;
+  one.ball.x = x_end - dt_ * one.ball.v - 0.5 * dt_ * dt_ * g_;
 }
 
 }  // namespace cradle

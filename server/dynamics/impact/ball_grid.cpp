@@ -62,12 +62,12 @@ bool BallGrid::build(Executor& executor, std::span<const Ball> balls, double dt,
   if (balls.empty()) return false;
   dt_ = dt;
   v_mean_ = v_mean;
-  fall_ = 0;
   fall_from_rest_ = gravity.norm() * dt * dt;
   const Bounds bounds = bounds_of(executor, balls);
   radius_min_ = bounds.radius_min;
   radius_max_ = bounds.radius_max;
-  speed_max_ = std::sqrt(bounds.speed2);
+  measure_ = {};
+  measure_.speed_max = std::sqrt(bounds.speed2);
   if (!choose_cells(balls, bounds) || !count(executor, balls)) return false;
   sort(executor, balls);
   return true;
@@ -99,11 +99,10 @@ BallGrid::Bounds BallGrid::bounds_of(Executor& executor, std::span<const Ball> b
   return all;
 }
 
-/// What follows from the fastest ball, and from the one that is farthest out.
-void BallGrid::measure() {
-  reach_ = 2 * (1 + kStruckTogether) * radius_max_ + 2 * dt_ * speed_max_ + 4 * fall_;
-  slack_ =
-      static_cast<float>(kGridRounding * reach_ * (coordinate_max_ + reach_) + 2 * reach_ * fall_);
+void BallGrid::set_reach(Measure& m) const {
+  m.reach = 2 * (1 + kStruckTogether) * radius_max_ + 2 * dt_ * m.speed_max + 4 * m.fall;
+  m.slack = static_cast<float>(kGridRounding * m.reach * (m.coordinate_max + m.reach) +
+                               2 * m.reach * m.fall);
 }
 
 bool BallGrid::choose_cells(std::span<const Ball> balls, const Bounds& bounds) {
@@ -114,10 +113,11 @@ bool BallGrid::choose_cells(std::span<const Ball> balls, const Bounds& bounds) {
     widths[k] = std::max(std::min(high, bounds.upper[k]) - lower[k], 0.0);
   }
   origin_ = lower + widths / 2;
-  coordinate_max_ = (bounds.upper - origin_).cwiseMax(origin_ - bounds.lower).maxCoeff();
-  measure();
-  double side = 1.001 * reach_ + 2 * kGridRounding * coordinate_max_;
-  if (!(side > 0 && side + coordinate_max_ < kFloatReach)) return false;
+  const double out = (bounds.upper - origin_).cwiseMax(origin_ - bounds.lower).maxCoeff();
+  measure_.coordinate_max = out;
+  set_reach(measure_);
+  double side = 1.001 * measure_.reach + 2 * kGridRounding * out;
+  if (!(side > 0 && side + out < kFloatReach)) return false;
   const double cells_max = kCellsPerBall * static_cast<double>(balls.size()) + 64;
   const auto cells = [&](int k) { return 1 + std::floor(widths[k] / side); };
   for (; cells(0) * cells(1) * cells(2) > cells_max; side *= 1.26) {
@@ -193,12 +193,41 @@ void BallGrid::write(const Point& point, std::size_t place) {
   for (int k = 0; k < 4; ++k) at[static_cast<std::size_t>(3 + k) * stride_] = point.v_and_radius[k];
 }
 
-void BallGrid::note(std::int32_t number, const Ball& ball) {
-  write(point(ball), places_[index(number)]);
-  speed_max_ = std::max(speed_max_, (ball.v - v_mean_).norm());
-  coordinate_max_ = std::max(coordinate_max_, (ball.x - origin_).cwiseAbs().maxCoeff());
-  fall_ = fall_from_rest_;
-  measure();
+void BallGrid::begin(Deviations& deviations) const {
+  deviations.places_.assign(numbers_.size() / 8 + 2, 0);  // and what is read with the last one
+  deviations.measure_ = measure_;
+}
+
+void BallGrid::note(Deviations& deviations, std::int32_t number, const Ball& ball) const {
+  const std::uint32_t place = places_[index(number)];
+  deviations.places_[place / 8] |= static_cast<std::uint8_t>(1U << place % 8);
+  Measure& m = deviations.measure_;
+  m.speed_max = std::max(m.speed_max, (ball.v - v_mean_).norm());
+  m.coordinate_max = std::max(m.coordinate_max, (ball.x - origin_).cwiseAbs().maxCoeff());
+  m.fall = fall_from_rest_;
+  set_reach(m);
+}
+
+std::int32_t BallGrid::plane_after(std::size_t numerator, std::size_t denominator) const {
+  const std::size_t place = numerator * numbers_.size() / denominator;
+  if (place >= numbers_.size()) return planes();
+  return static_cast<std::int32_t>(cells_at_[place] / (size_[0] * size_[1]));
+}
+
+std::int32_t BallGrid::planes_apart(const Deviations& deviations) const {
+  return static_cast<std::int32_t>(std::ceil(deviations.measure_.reach * cells_per_m_));
+}
+
+BallGrid::Slab BallGrid::slab(std::int32_t first_plane, std::int32_t end_plane) const {
+  const auto cells_before = [this](std::int32_t plane) {
+    return static_cast<std::uint32_t>(std::clamp(plane, 0, planes())) * size_[0] * size_[1];
+  };
+  return {cells_before(first_plane), cells_before(end_plane)};
+}
+
+BallGrid::Slab BallGrid::around(std::uint32_t cell, std::int32_t planes) const {
+  const auto plane = static_cast<std::int32_t>(cell / (size_[0] * size_[1]));
+  return slab(plane - planes, plane + planes);
 }
 
 BallCells BallGrid::cells() const {
@@ -207,7 +236,7 @@ BallCells BallGrid::cells() const {
           cells_at_.data(),
           begins_.data(),
           {size_[0], size_[1], size_[2]},
-          slack_,
+          measure_.slack,
           static_cast<float>(2 * dt_)};
 }
 
@@ -252,7 +281,10 @@ void BallGrid::decode(std::uint32_t place, std::uint32_t hits, std::vector<BodyP
     add(row(bit / 4).begin + bit % 4);
   }
   if ((hits & kMoreBalls) == 0) return;
-  const Probe ball = probe(place, 0);
+  const auto at_place = [&](std::size_t k) { return column(k)[place]; };
+  const Probe ball = probe({Four{at_place(0), at_place(1), at_place(2), 0},
+                            Four{at_place(3), at_place(4), at_place(5), at_place(6)}},
+                           measure_, 0);
   for (std::size_t r = 0; r < kBallRows; ++r) {
     const auto [begin, end] = row(r);
     for (std::uint32_t at = begin + 4; at < end; at += 4) {

@@ -2,7 +2,7 @@
 ///
 /// Seen by one that falls as they do, at their mean velocity, balls go straight on. A ball belongs
 /// to the cell of its centre, and no two that may meet are further apart than a cell is wide:
-/// ball_grid.cpp. The grid stays as it is for the tick; what an impact changes of a ball is noted.
+/// ball_grid.cpp. The grid stays as it is for the tick; who has deviated since is noted beside it.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,7 +25,30 @@
 namespace cradle {
 
 class BallGrid {
+  /// What follows from the fastest ball, and from the one that is farthest out.
+  struct Measure {
+    double speed_max = 0;       // m/s, about the mean velocity
+    double coordinate_max = 0;  // m
+    double fall = 0;            // m: at most so far is a ball from where falling would bring it
+    double reach = 0;           // m: no two that are further apart may meet
+    float slack = 0;            // m^2, for rounding
+  };
+
  public:
+  /// Cells of planes across z, which follow each other; or all there are.
+  struct Slab {
+    static constexpr std::uint32_t kEnd = std::numeric_limits<std::uint32_t>::max();
+    std::uint32_t begin = 0, end = kEnd;
+
+    bool is_all() const { return begin == 0 && end == kEnd; }
+  };
+  /// Balls that go where the grid does not know.
+  class Deviations {
+    friend class BallGrid;
+    std::vector<std::uint8_t> places_;  // a bit each
+    Measure measure_;
+  };
+
   /// For a tick of `dt` seconds. False, and no use, if these balls do not suit a grid: too many
   /// share a cell, since radii or speeds differ, or they overlap. A rule that looks at nothing
   /// else.
@@ -32,25 +56,44 @@ class BallGrid {
              const Vector& gravity);
 
   /// Replaces `pairs` by those, of balls, that meet in the tick or touch, and some that do not:
-  /// sorted, each once. Returns the cells looked at. To be called before anything is noted.
+  /// sorted, each once. Returns the cells looked at.
   /// `lanes`: as many doubles abreast, see kernels_of_width; the result does not depend on it.
   std::int64_t find_pairs(Executor& executor, int lanes, std::vector<BodyPair>& pairs);
 
+  /// There are none yet.
+  void begin(Deviations& deviations) const;
   /// An impact has changed it.
-  void note(std::int32_t number, const Ball& ball);
+  void note(Deviations& deviations, std::int32_t number, const Ball& ball) const;
 
-  /// Calls `visit(number)` for the others that this one may meet between `now` and the tick's end,
-  /// or touch; and for some more.
+  /// Calls `visit(number)` for the others that this ball, as it goes now, may meet between `now`
+  /// and the tick's end, or touch; and for some more: how many depends on what was noted.
   template <class F>
-  void for_each_near(std::int32_t number, double now, F&& visit) const;
+  void for_each_near(const Deviations& deviations, std::int32_t number, const Ball& ball,
+                     double now, F&& visit) const;
 
   /// Calls `visit(number)` for those that are in a box when the tick begins, and for some beside.
   template <class F>
   void for_each_in(const Aabb& box, F&& visit) const;
 
+  /// Planes of cells across z, with those at the rim.
+  std::int32_t planes() const { return static_cast<std::int32_t>(size_[2]); }
+  /// That has so many of `denominator` of the balls before it.
+  std::int32_t plane_after(std::size_t numerator, std::size_t denominator) const;
+  /// How many planes two balls that may meet are apart, at most.
+  std::int32_t planes_apart(const Deviations& deviations) const;
+  Slab slab(std::int32_t first_plane, std::int32_t end_plane) const;
+  /// So many planes before the cell that begins one, and after.
+  Slab around(std::uint32_t cell, std::int32_t planes) const;
+  /// Where the ball was when the tick began.
+  bool is_in(const Slab& slab, std::int32_t number) const {
+    if (slab.is_all()) return true;  // also of balls that suit no grid
+    const std::uint32_t cell = cells_of_[static_cast<std::size_t>(number)];
+    return slab.begin <= cell && cell < slab.end;
+  }
+
   double radius_min() const { return radius_min_; }  ///< m
   double radius_max() const { return radius_max_; }
-  double speed_max() const { return speed_max_; }  ///< m/s, about the mean velocity
+  double speed_max() const { return measure_.speed_max; }  ///< m/s, about the mean velocity
 
  private:
   using Four = FourFloats;
@@ -78,7 +121,7 @@ class BallGrid {
   Point point(const Ball& ball) const;
   void write(const Point& point, std::size_t place);
 
-  void measure();
+  void set_reach(Measure& measure) const;
   Cell cell_of(const Four& x) const;
   std::uint32_t number_of(const Cell& cell) const { return number_of(cell[0], cell[1], cell[2]); }
   std::uint32_t number_of(std::int32_t x, std::int32_t y, std::int32_t z) const {
@@ -91,20 +134,19 @@ class BallGrid {
     std::memcpy(&f, from, sizeof f);
     return f;
   }
-  Probe probe(std::uint32_t place, double now) const;
+  Probe probe(const Point& ball, const Measure& measure, double now) const;
   unsigned may_meet(const Probe& ball, std::uint32_t place) const;
+  static unsigned deviated(const Deviations& deviations, std::uint32_t place);
   BallCells cells() const;
   void decode(std::uint32_t place, std::uint32_t hits, std::vector<BodyPair>& found) const;
   template <class F>
   void for_each_row(const Vector& lower, const Vector& upper, F&& visit) const;
 
   double dt_ = 0;
-  double fall_from_rest_ = 0;  // m, see fall_, once an impact may have put a ball to rest
-  double fall_ = 0;            // m: at most so far is a ball from where falling would bring it
-  double reach_ = 0;           // m: no two that are further apart may meet
-  float slack_ = 0;            // m^2, for rounding
+  double fall_from_rest_ = 0;  // m, see Measure::fall, once an impact may have put a ball to rest
+  Measure measure_;
   Vector v_mean_ = Vector::Zero(), origin_ = Vector::Zero();
-  double radius_min_ = 0, radius_max_ = 0, speed_max_ = 0, coordinate_max_ = 0;
+  double radius_min_ = 0, radius_max_ = 0;
   Four first_cell_{}, last_cell_{};  // where cells begin, m from origin_; the last along each axis
   float cells_per_m_ = 0;
   std::uint32_t size_[3] = {};         // cells, with those at the rim, which stay empty
@@ -130,17 +172,17 @@ inline BallGrid::Cell BallGrid::cell_of(const Four& x) const {
   return __builtin_convertvector(cell, Cell) + 1;
 }
 
-inline BallGrid::Probe BallGrid::probe(std::uint32_t place, double now) const {
-  const float* const at = columns_.data() + place;
+inline BallGrid::Probe BallGrid::probe(const Point& ball, const Measure& measure,
+                                       double now) const {
   const auto all = [](float value) { return Four{value, value, value, value}; };
-  return {all(at[0]),
-          all(at[stride_]),
-          all(at[2 * stride_]),
-          all(at[3 * stride_]),
-          all(at[4 * stride_]),
-          all(at[5 * stride_]),
-          all(at[6 * stride_]),
-          all(slack_),
+  return {all(ball.x[0]),
+          all(ball.x[1]),
+          all(ball.x[2]),
+          all(ball.v_and_radius[0]),
+          all(ball.v_and_radius[1]),
+          all(ball.v_and_radius[2]),
+          all(ball.v_and_radius[3]),
+          all(measure.slack),
           all(static_cast<float>(now)),
           all(static_cast<float>(2 * (dt_ - now)))};
 }
@@ -159,6 +201,13 @@ inline unsigned BallGrid::may_meet(const Probe& ball, std::uint32_t place) const
   return signs_of(dx * dx + dy * dy + dz * dz + least - R * R - ball.slack);
 }
 
+/// Likewise: it has deviated.
+inline unsigned BallGrid::deviated(const Deviations& deviations, std::uint32_t place) {
+  std::uint16_t bits;
+  std::memcpy(&bits, deviations.places_.data() + place / 8, sizeof bits);
+  return (unsigned{bits} >> place % 8) & 15U;
+}
+
 template <class F>
 void BallGrid::for_each_row(const Vector& lower, const Vector& upper, F&& visit) const {
   const auto cell_at = [this](const Vector& x, double rounding) {
@@ -168,7 +217,7 @@ void BallGrid::for_each_row(const Vector& lower, const Vector& upper, F&& visit)
     };
     return cell_of(Four{cut(0), cut(1), cut(2), 0});
   };
-  const double rounding = 1e-6 * coordinate_max_;  // of a float, sixteen times
+  const double rounding = 1e-6 * measure_.coordinate_max;  // of a float, sixteen times
   const Cell low = cell_at(lower, -rounding), high = cell_at(upper, rounding);
   for (std::int32_t z = low[2]; z <= high[2]; ++z) {
     for (std::int32_t y = low[1]; y <= high[1]; ++y) {
@@ -179,17 +228,16 @@ void BallGrid::for_each_row(const Vector& lower, const Vector& upper, F&& visit)
 }
 
 template <class F>
-void BallGrid::for_each_near(std::int32_t number, double now, F&& visit) const {
+void BallGrid::for_each_near(const Deviations& deviations, std::int32_t number, const Ball& ball,
+                             double now, F&& visit) const {
   const std::uint32_t place = places_[static_cast<std::size_t>(number)];
-  const Probe ball = probe(place, now);
-  const Vector x(column(0)[place], column(1)[place], column(2)[place]);
-  const Vector v(column(3)[place], column(4)[place], column(5)[place]);
-  const Vector here = origin_ + x + now * v, there = origin_ + x + dt_ * v;
+  const Probe one = probe(point(ball), deviations.measure_, now);
+  const Vector v = ball.v - v_mean_, here = ball.x + now * v, there = ball.x + dt_ * v;
   // The other may have come as far from where it was.
-  const Vector r = Vector::Constant(double{column(6)[place]} + reach_ / 2);
+  const Vector r = Vector::Constant((1 + 1e-6) * ball.radius + deviations.measure_.reach / 2);
   for_each_row(here.cwiseMin(there) - r, here.cwiseMax(there) + r, [&](const Range& row) {
     for (std::uint32_t at = row.begin; at < row.end; at += kFloatLanes) {
-      unsigned hits = may_meet(ball, at);
+      unsigned hits = may_meet(one, at) | deviated(deviations, at);
       if (row.end - at < kFloatLanes) hits &= (1U << (row.end - at)) - 1;
       for (; hits != 0; hits &= hits - 1) {
         const std::uint32_t other = at + static_cast<std::uint32_t>(std::countr_zero(hits));

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/collision/index.h"
+
 namespace cradle {
 namespace {
 
@@ -96,6 +98,12 @@ double impact_time(const Ball& ball, const Obstacle& obstacle, const Vector& gra
     if (!(t <= dt)) return kNever;
   }
   return t;
+}
+
+double first_time(const BallScene& scene, const BallPair& pair) {
+  const Ball& a = scene.balls[index(pair.a)];
+  if (pair.b >= 0) return impact_time(a, scene.balls[index(pair.b)], 0, scene.dt);
+  return impact_time(a, scene.obstacles[index(~pair.b)], scene.gravity, 0, scene.dt);
 }
 
 }  // namespace cradle

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "server/collision/collider.h"
 
@@ -19,15 +20,19 @@ struct Ball {
 };
 static_assert(sizeof(Ball) == 64);
 
-/// What an impact asks of a ball beside, and what it changes. Few balls are struck in a tick.
+/// A ball that was struck in this tick, and what an impact asks of it beside. Few are.
 struct StruckBall {
-  Vector x_start;                        ///< m, when the tick begins
+  StruckBall(std::int32_t which, const Ball& start) : ball(start), number(which) {}
+
+  Ball ball;                             ///< as it goes since the last impact
   Vector w;                              ///< rad/s
   Rotation turn = Rotation::Identity();  ///< where it is, as if it had turned by w always
   Vector held = Vector::Zero();  ///< m/s^2: of gravity, what obstacles that it rests on hold
                                  ///< until the tick ends
   double inverse_mass = 0;       ///< 1/kg
   double inverse_inertia = 0;    ///< 1/(kg m^2)
+  Aabb known;                    ///< what it may meet in here, it knows
+  std::int32_t number = 0;
 };
 
 /// A static convex body: half-space, box, sphere or capsule.
@@ -65,9 +70,19 @@ inline constexpr double kStruckTogether = 2e-5;
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
+/// As a tick finds it.
+struct BallScene {
+  std::vector<Ball> balls;
+  std::vector<Obstacle> obstacles;
+  Vector gravity = Vector::Zero();  ///< m/s^2
+  double dt = 0;                    ///< s
+};
+
 /// s from the tick's beginning, not before `now`; kNever if it is later than `dt`.
 double impact_time(const Ball& a, const Ball& b, double now, double dt);
 double impact_time(const Ball& ball, const Obstacle& obstacle, const Vector& gravity, double now,
                    double dt);
+/// Likewise when nobody has been struck yet.
+double first_time(const BallScene& scene, const BallPair& pair);
 
 }  // namespace cradle

@@ -19,7 +19,7 @@ void end_tick(World::State& s, std::size_t i, Flight end);
 /// back to where they were, as those in flight do, and are marked lost; nobody else is. Who only
 /// spins too fast is slowed until it cannot tumble beyond the limit: what is a millimetre small and
 /// hit at 1000 m/s would do so, and is still in the way of others.
-void stop_unusable(World::State& s);
+void stop_unusable(World::State& s, Executor& executor);
 
 /// After the step: bodies that are lost.
 void quarantine_unusable(World::State& s);

@@ -153,6 +153,7 @@ struct World::State {
   std::vector<double> axial_shares;             ///< by slot, see BodyArrays
   std::vector<ContactConstraint*> constraints;  ///< of `touching`, in their order
   Overlaps overlaps;                            ///< of them
+  std::vector<std::uint8_t> are_unusable;       ///< of `moving`, after contacts
   std::vector<Overlaps> overlaps_of_parts;      ///< likewise: of so many at a time
   std::vector<Matrix> inverse_inertia_W;        ///< by slot, of bodies in contact
   std::vector<std::int32_t> moving, driven;     ///< slots of bodies in contact

@@ -94,7 +94,7 @@ StepReport World::Steps::advance(State& s, bool is_first, Executor& executor,
   add_drag(s);
   s.solved =
       s.solver->advance(contact_tick(s, executor), s.arrays(), s.inverse_inertia_W, s.constraints);
-  stop_unusable(s);
+  stop_unusable(s, executor);
   fly_free(s, executor);
   stop_at_impacts(s, executor);
   quarantine_unusable(s);

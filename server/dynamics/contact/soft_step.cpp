@@ -105,6 +105,13 @@ class SoftStep final : public SoftSolver {
     });
   }
 
+  /// Of a body, when the tick begins.
+  struct Motion {
+    double speed_mps, acceleration;
+
+    /// No faster than kRestTicks make it.
+    bool is_slow(double dt) const { return speed_mps <= kRestTicks * dt * acceleration; }
+  };
   /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
   void look_at_islands() {
     has_past_.assign(islands_->count(), 0);
@@ -135,13 +142,17 @@ class SoftStep final : public SoftSolver {
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
   void find_ways(const ContactTick& tick, const BodyArrays& arrays) {
+    motions_.resize(number_of_bodies_);
+    for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
+      const std::size_t slot = index(tick.moving[k]);
+      motions_[k] = {arrays.v[slot].norm(), arrays.acceleration[slot].norm()};
+    });
     ways_.assign(islands_->count(), 0);
     accelerations_.assign(islands_->count(), 0);
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
       const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
-      const std::size_t slot = index(tick.moving[k]);
-      ways_[island] += tick.dt * arrays.v[slot].norm() / sizes_[island];
-      accelerations_[island] = std::max(accelerations_[island], arrays.acceleration[slot].norm());
+      ways_[island] += tick.dt * motions_[k].speed_mps / sizes_[island];
+      accelerations_[island] = std::max(accelerations_[island], motions_[k].acceleration);
     }
     is_slow_.assign(ways_.size(), 0);
     for (std::size_t i = 0; i < ways_.size(); ++i) {
@@ -307,7 +318,7 @@ class SoftStep final : public SoftSolver {
       moving_[at] = tick.moving[k];
       island_of_moving_[at] = static_cast<std::int32_t>(island);
       const bool rests = sizes_[island] > 1 && is_slow_[island] != 0;
-      resting_[at] = rests && is_slow(tick, arrays, tick.moving[k]) ? 1 : 0;
+      resting_[at] = rests && motions_[k].is_slow(tick.dt) ? 1 : 0;
       if (!arrays.poise.empty()) arrays.poise[index(tick.moving[k])].sub_steps = sub_steps_[island];
     }
     chosen_.resize(constraints.size());
@@ -405,12 +416,6 @@ class SoftStep final : public SoftSolver {
     report_.body_sub_steps += n * static_cast<std::int64_t>(bodies);
   }
 
-  /// No faster than kRestTicks make it.
-  static bool is_slow(const ContactTick& tick, const BodyArrays& arrays, std::int32_t slot) {
-    const double slow = kRestTicks * tick.dt * arrays.acceleration[index(slot)].norm();
-    return arrays.v[index(slot)].squaredNorm() <= slow * slow;
-  }
-
   SubStepChoice& choice_of(int n) {
     const std::size_t used = report_.choices_used;
     if (used > 0 && report_.choices[used - 1].sub_steps == n) return report_.choices[used - 1];
@@ -425,6 +430,7 @@ class SoftStep final : public SoftSolver {
   Domains domains_;  // of a batch
   SoftBatch batch_;
   std::size_t number_of_bodies_ = 0;
+  std::vector<Motion> motions_;               // by body, in the order of the tick's
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
   std::vector<Demands> demands_;              // by island
   std::vector<Look> looks_;                   // by constraint

@@ -64,6 +64,8 @@ constexpr HandOverTolerances kHandOverTolerances;
 /// Iterations: at rest none, or one; more than these, and the soft step is as fast.
 constexpr int kKeeping = 5, kTakingOver = 20;
 
+constexpr int kBodies = 64;  // worth a thread, at some nanoseconds each
+
 bool has_rest(const ContactConstraint& c) {
   return c.has_rested && !std::ranges::all_of(c.rests, &PointRest::is_none);
 }
@@ -86,18 +88,21 @@ void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const Ti
   may_have_rested_.resize(moving_.size());
   tolerance_m_ = tick.tolerance_m;
   dt_ = tick.dt;
-  look_at_bodies();
+  look_at_bodies(*tick.executor);
   look_at_contacts(tick, constraints);
   for (Facts& facts : facts_) facts.choice = choose(facts);
 }
 
-void HandOver::look_at_bodies() {
-  for (std::size_t k = 0; k < moving_.size(); ++k) {
+void HandOver::look_at_bodies(Executor& executor) {
+  speeds_.resize(moving_.size());
+  for_each_index(executor, moving_.size(), kBodies, [this](std::size_t k) {
     const std::size_t i = index(moving_[k]);
+    speeds_[k] = arrays_.v[i].norm() + arrays_.gyration(i) * arrays_.w[i].norm();
+  });
+  for (std::size_t k = 0; k < moving_.size(); ++k) {
     Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
-    const Poise& poise = poises_[i];
-    const double speed = arrays_.v[i].norm() + arrays_.gyration(i) * arrays_.w[i].norm();
-    facts.speed_mps = std::max(facts.speed_mps, speed);
+    const Poise& poise = poises_[index(moving_[k])];
+    facts.speed_mps = std::max(facts.speed_mps, speeds_[k]);
     facts.is_new |= poise.method == Poise::none;
     facts.was_soft |= poise.method == Poise::soft;
     may_have_rested_[k] = poise.method == Poise::newton || poise.has_rested != 0 ? 1 : 0;
@@ -266,12 +271,12 @@ void HandOver::note(std::size_t island, Attempt attempt) {
   if (facts.speed_mps > kHandOverTolerances.fast_mps) facts.fails = 0;
 }
 
-void HandOver::end() {
-  for (std::size_t k = 0; k < moving_.size(); ++k) {
+void HandOver::end(Executor& executor) {
+  for_each_index(executor, moving_.size(), kBodies, [this](std::size_t k) {
     const Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
     Poise& poise = poises_[index(moving_[k])];
     poise = {facts.method, facts.cool, facts.free, facts.fails, poise.sub_steps, has_rested_[k]};
-  }
+  });
 }
 
 }  // namespace cradle

@@ -36,7 +36,7 @@ class HandOver {
   /// What became of it: `moves`, what was found would begin to move.
   enum class Attempt { none, found, in_vain, moves };
   void note(std::size_t island, Attempt attempt);
-  void end();
+  void end(Executor& executor);
 
  private:
   struct Facts {
@@ -48,7 +48,7 @@ class HandOver {
     Choice choice = Choice::soft;
     Poise::Method method = Poise::soft;
   };
-  void look_at_bodies();
+  void look_at_bodies(Executor& executor);
   void look_at_contacts(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
   bool may_have_rested(std::size_t constraint) const;
   void let_go(ContactConstraint& c);
@@ -67,7 +67,8 @@ class HandOver {
   std::span<const std::int32_t> moving_;
   const TickIslands* islands_ = nullptr;
   std::span<Poise> poises_;
-  std::vector<Poise> own_;  // if nobody else keeps them
+  std::vector<Poise> own_;      // if nobody else keeps them
+  std::vector<double> speeds_;  // m/s, of `moving_`: of their fastest points
   std::vector<Facts> facts_;
   std::vector<std::uint8_t> carries_;  // of `moving_`
   /// Likewise: some contact rests elsewhere than it touches; before, it may have.

@@ -72,7 +72,7 @@ class HybridStep final : public IslandStep {
     if (solver().is_still()) hand_over_.freeze(islands_in()[i]);
   }
 
-  void end() override { hand_over_.end(); }
+  void end() override { hand_over_.end(*tick().executor); }
 
   HandOver hand_over_;
   Settling settling_;

@@ -29,8 +29,8 @@ void Islands::find(std::span<const ColouredPair> pairs, std::size_t bodies) {
   }
 }
 
-void Islands::take(const Islands& all, std::span<const std::uint8_t> are_taken,
-                   std::vector<std::int32_t>& renumbered) {
+std::size_t Islands::take(const Islands& all, std::span<const std::uint8_t> are_taken,
+                          std::vector<std::int32_t>& renumbered) {
   number_here_.resize(all.count_);
   count_ = 0;
   for (std::size_t i = 0; i < all.count_; ++i) {
@@ -43,6 +43,7 @@ void Islands::take(const Islands& all, std::span<const std::uint8_t> are_taken,
     renumbered[k] = here < 0 ? -1 : static_cast<std::int32_t>(island_.size());
     if (here >= 0) island_.push_back(here);
   }
+  return island_.size();
 }
 
 }  // namespace cradle

@@ -108,6 +108,7 @@ class SoftStep final : public SoftSolver {
   /// Of a body, when the tick begins.
   struct Motion {
     double speed_mps, acceleration;
+    bool is_free;  // as Poise has it
 
     /// No faster than kRestTicks make it.
     bool is_slow(double dt) const { return speed_mps <= kRestTicks * dt * acceleration; }
@@ -145,7 +146,8 @@ class SoftStep final : public SoftSolver {
     motions_.resize(number_of_bodies_);
     for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
       const std::size_t slot = index(tick.moving[k]);
-      motions_[k] = {arrays.v[slot].norm(), arrays.acceleration[slot].norm()};
+      motions_[k] = {arrays.v[slot].norm(), arrays.acceleration[slot].norm(),
+                     !arrays.poise.empty() && arrays.poise[slot].free > 0};
     });
     ways_.assign(islands_->count(), 0);
     accelerations_.assign(islands_->count(), 0);
@@ -199,9 +201,8 @@ class SoftStep final : public SoftSolver {
       if (settling_.rests(i)) pasts_[i] = Past::rests;
       is_calm_[i] = is_slow_[i] != 0 && pasts_[i] != Past::changes ? 1 : 0;
     }
-    for (std::size_t k = 0; k < number_of_bodies_ && !arrays.poise.empty(); ++k) {
-      const bool is_free = arrays.poise[index(tick.moving[k])].free > 0;
-      if (is_free) is_calm_[islands_->of(static_cast<std::int32_t>(k))] = 0;
+    for (std::size_t k = 0; k < number_of_bodies_; ++k) {
+      if (motions_[k].is_free) is_calm_[islands_->of(static_cast<std::int32_t>(k))] = 0;
     }
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (looks_[k].is_driven) is_calm_[islands_->of_constraint(k)] = 0;
@@ -319,7 +320,12 @@ class SoftStep final : public SoftSolver {
       island_of_moving_[at] = static_cast<std::int32_t>(island);
       const bool rests = sizes_[island] > 1 && is_slow_[island] != 0;
       resting_[at] = rests && motions_[k].is_slow(tick.dt) ? 1 : 0;
-      if (!arrays.poise.empty()) arrays.poise[index(tick.moving[k])].sub_steps = sub_steps_[island];
+    }
+    if (!arrays.poise.empty()) {
+      for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
+        const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
+        arrays.poise[index(tick.moving[k])].sub_steps = sub_steps_[island];
+      });
     }
     chosen_.resize(constraints.size());
     for (std::size_t k = 0; k < constraints.size(); ++k) {

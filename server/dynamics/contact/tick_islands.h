@@ -1,6 +1,7 @@
 /// The islands of a tick: its moving bodies, by the constraints between them.
 #pragma once
 
+#include "server/collision/in_order.h"
 #include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/contact/islands.h"
 
@@ -28,12 +29,13 @@ class TickIslands : public Islands {
   }
 
  private:
-  void find_constraints(Executor& executor);
-
   std::vector<std::int32_t> number_;
   std::vector<ColouredPair> pairs_;
   std::vector<std::int32_t> island_of_constraint_;
-  std::vector<std::int32_t> renumbered_;  // for take()
+  // For take():
+  std::vector<std::int32_t> renumbered_;
+  std::vector<std::uint8_t> is_taken_;  // by constraint
+  InOrder in_order_;
 };
 
 }  // namespace cradle

@@ -61,11 +61,13 @@ void PairSorter::sort(std::size_t slots, std::vector<BodyPair>& pairs) {
     std::sort(pairs.begin(), pairs.end());
     return;
   }
-  unsorted_.reserve(pairs.capacity());  // assigning would ask for no more than it needs now
-  unsorted_.assign(pairs.begin(), pairs.end());
+  unsorted_.reserve(pairs.capacity());  // resizing would ask for no more than it needs now
+  unsorted_.resize(pairs.size());
   if (pairs.size() > kLongRow * slots) {
     const auto by_b = [](const BodyPair& pair) { return static_cast<std::size_t>(pair.b); };
     scatter(slots, pairs, unsorted_, by_b);
+  } else {
+    std::swap(unsorted_, pairs);
   }
   scatter(slots, unsorted_, pairs,
           [](const BodyPair& pair) { return static_cast<std::size_t>(pair.a); });

@@ -6,8 +6,7 @@
 
 namespace cradle {
 
-/// Parts look around side by side where their balls are apart (Ballistic::are_apart): then the
-/// obstacles have their numbers already.
+/// Parts look around side by side where obstacles have their numbers already.
 class BallLooks final : public BallSurroundings {
  public:
   BallLooks(World::State& s, BallPart& part) : s_(s), balls_(s.balls), part_(part) {}

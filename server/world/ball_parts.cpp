@@ -64,8 +64,17 @@ void run_part(World::State& s, BallPart& part) {
   run(s, part);
 }
 
+/// Of all that balls may meet, so that no part has to ask for one.
+void number_obstacles(World::State& s) {
+  for (const std::int32_t k : s.balls.others.colliders) {
+    const std::int32_t slot = s.colliders[index(k)];
+    if (is_obstacle(s, slot)) obstacle_of(s, slot);
+  }
+}
+
 /// Balls alike by number, each with what cells beyond ask for.
 void run_in(World::State& s, Executor& executor, std::size_t parts) {
+  number_obstacles(s);
   const BallGrid& grid = s.balls.grid;
   for (std::size_t k = 0; k < parts; ++k) {
     const std::int32_t begin = k == 0 ? 0 : grid.plane_after(k, parts);

@@ -105,7 +105,6 @@ class Bounces {
     balls_.strangers.clear();
     balls_.met.clear();
     if (balls_.are_apart) {
-      number_obstacles();
       s_.culling.nodes_seen += balls_.grid.find_pairs(executor_, s_.settings.lanes, balls_.met);
       s_.culling.boxes_seen += static_cast<std::int64_t>(balls_.slots.size() + balls_.met.size());
     }
@@ -138,13 +137,6 @@ class Bounces {
       balls_.pairs.push_back({ball, ~obstacle_of(s_, other)});
     } else {
       balls_.strangers.push_back({ball, other});
-    }
-  }
-
-  /// Of all that balls may meet, so that nobody has to ask for one while they fly.
-  void number_obstacles() {
-    for (const std::int32_t k : balls_.others.colliders) {
-      if (is_obstacle(s_, s_.colliders[index(k)])) obstacle_of(s_, s_.colliders[index(k)]);
     }
   }
 

@@ -94,15 +94,16 @@ void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const Ti
 }
 
 void HandOver::look_at_bodies(Executor& executor) {
-  speeds_.resize(moving_.size());
+  looks_.resize(moving_.size());
   for_each_index(executor, moving_.size(), kBodies, [this](std::size_t k) {
     const std::size_t i = index(moving_[k]);
-    speeds_[k] = arrays_.v[i].norm() + arrays_.gyration(i) * arrays_.w[i].norm();
+    const double speed = arrays_.v[i].norm() + arrays_.gyration(i) * arrays_.w[i].norm();
+    looks_[k] = {speed, poises_[i]};
   });
   for (std::size_t k = 0; k < moving_.size(); ++k) {
     Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
-    const Poise& poise = poises_[index(moving_[k])];
-    facts.speed_mps = std::max(facts.speed_mps, speeds_[k]);
+    const auto& [speed, poise] = looks_[k];
+    facts.speed_mps = std::max(facts.speed_mps, speed);
     facts.is_new |= poise.method == Poise::none;
     facts.was_soft |= poise.method == Poise::soft;
     may_have_rested_[k] = poise.method == Poise::newton || poise.has_rested != 0 ? 1 : 0;

@@ -63,12 +63,18 @@ class HandOver {
   static void freeze(ContactConstraint& c);
   static Choice choose(const Facts& facts);
 
+  /// Of a body.
+  struct Look {
+    double speed_mps;  // of its fastest point
+    Poise poise;
+  };
+
   BodyArrays arrays_;
   std::span<const std::int32_t> moving_;
   const TickIslands* islands_ = nullptr;
   std::span<Poise> poises_;
-  std::vector<Poise> own_;      // if nobody else keeps them
-  std::vector<double> speeds_;  // m/s, of `moving_`: of their fastest points
+  std::vector<Poise> own_;   // if nobody else keeps them
+  std::vector<Look> looks_;  // of `moving_`
   std::vector<Facts> facts_;
   std::vector<std::uint8_t> carries_;  // of `moving_`
   /// Likewise: some contact rests elsewhere than it touches; before, it may have.

@@ -15,10 +15,9 @@
 #include <utility>
 
 #include "server/collision/index.h"
+#include "server/dynamics/contact/batch_step.h"
 #include "server/dynamics/contact/demands.h"
-#include "server/dynamics/contact/domains.h"
 #include "server/dynamics/contact/settling.h"
-#include "server/dynamics/contact/soft_batch.h"
 #include "server/dynamics/contact/softness.h"
 
 namespace cradle {
@@ -41,6 +40,9 @@ constexpr int kFewAskew = 2 * kBlockLanes;
 
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
 constexpr int kSoftChunk = 64;
+
+/// Contacts of a batch that one thread is to step alone: its passes take a microsecond or two.
+constexpr std::size_t kSmallBatch = 64;
 
 class SoftStep final : public SoftSolver {
  public:
@@ -67,9 +69,7 @@ class SoftStep final : public SoftSolver {
     choose_sub_steps(tick, constraints);
     find_resting(tick, arrays, inverse_inertia_W, constraints);
     sort_by_batch(tick, arrays, constraints);
-    for (const Batch& batch : batches_) {
-      if (batch.islands > 0) advance_batch(batch, tick, arrays, inverse_inertia_W);
-    }
+    step_batches(tick, arrays, inverse_inertia_W);
     PointResidual& most = report_.residual.most;
     most.natural_mps = std::max(most.natural_mps, settling_.unbalanced_mps());
     settling_.damp(tick, arrays, grouping(), is_calm_, report_.balance);
@@ -333,93 +333,65 @@ class SoftStep final : public SoftSolver {
     }
   }
 
-  void advance_batch(const Batch& batch, ContactTick tick, const BodyArrays& arrays,
-                     std::span<const Matrix> inverse_inertia_W) {
+  /// Those with many contacts one after the other, each by all threads; those with few, of which a
+  /// falling heap has several, side by side.
+  void step_batches(ContactTick tick, const BodyArrays& arrays,
+                    std::span<const Matrix> inverse_inertia_W) {
+    tick.islands_count = islands_->count();
+    tick.heaps = is_heap_;
+    const auto step = [&](BatchStep& by, std::size_t k, Executor& executor) {
+      ContactTick own = tick;
+      own.executor = &executor;
+      results_[k] =
+          by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W, sizes_, has_rested_);
+    };
+    results_.resize(batches_.size());
+    small_.clear();
+    for (std::size_t k = 0; k < batches_.size(); ++k) {
+      const Batch& batch = batches_[k];
+      if (batch.islands == 0) continue;
+      if (batch.chosen_end - batch.chosen <= kSmallBatch) {
+        small_.push_back(k);
+      } else {
+        step(steps_[0], k, *tick.executor);
+      }
+    }
+    const std::size_t hands = index(tick.executor->threads());
+    if (steps_.size() < hands) steps_.resize(hands);
+    for_each_index(*tick.executor, hands, 1, [&](std::size_t hand) {
+      SerialExecutor here;
+      for (std::size_t n = hand; n < small_.size(); n += hands) step(steps_[hand], small_[n], here);
+    });
+    for (std::size_t k = 0; k < batches_.size(); ++k) {
+      if (batches_[k].islands > 0) add(batches_[k], results_[k]);
+    }
+  }
+
+  BatchStep::Batch stepped(const Batch& batch) {
     const auto part = [](auto& all, std::size_t begin, std::size_t end) {
       return std::span(all).subspan(begin, end - begin);
     };
-    const std::span chosen = part(chosen_, batch.chosen, batch.chosen_end);
-    tick.sub_steps = batch.sub_steps;
-    tick.moving = part(moving_, batch.moving, batch.moving_end);
-    tick.islands = part(island_of_moving_, batch.moving, batch.moving_end);
-    tick.islands_count = islands_->count();
-    tick.heaps = is_heap_;
-    tick.resting = part(resting_, batch.moving, batch.moving_end);
-    const double give = give_of(tick.sub_steps, tick.dt);
-    double sag_m = 0;
-    if (batch.past == Past::rests) {
-      sag_m = sag_at_rest(chosen, give);
-    } else {
-      divide(batch, tick, arrays);
-      set_gaps(*tick.executor, chosen, give);
-      batch_.advance(tick, arrays, inverse_inertia_W, chosen, batch.past);
-      reset_gaps(*tick.executor, chosen);
-      add_batch(tick.sub_steps, tick.moving.size());
-      sag_m = batch_.sag_m();
-    }
-    SubStepChoice& choice = choice_of(tick.sub_steps);
+    return {batch.sub_steps,
+            batch.past,
+            part(moving_, batch.moving, batch.moving_end),
+            part(island_of_moving_, batch.moving, batch.moving_end),
+            part(resting_, batch.moving, batch.moving_end),
+            part(chosen_, batch.chosen, batch.chosen_end)};
+  }
+
+  void add(const Batch& batch, const BatchResult& result) {
+    const auto bodies = static_cast<int>(batch.moving_end - batch.moving);
+    SubStepChoice& choice = choice_of(batch.sub_steps);
     choice.islands += batch.islands;
-    choice.bodies += static_cast<int>(tick.moving.size());
-    choice.sag_m = std::max(choice.sag_m, sag_m);
+    choice.bodies += bodies;
+    choice.sag_m = std::max(choice.sag_m, result.sag_m);
     report_.sag_max_m = std::max(report_.sag_max_m, choice.sag_m);
-  }
-
-  /// Into domains, in whose order its bodies are from here on.
-  void divide(const Batch& batch, ContactTick& tick, const BodyArrays& arrays) {
-    domains_.find(tick.moving, tick.islands, sizes_, arrays.x);
-    const auto sort = [&](auto& all, auto& room) {
-      domains_.sort(std::span(all).subspan(batch.moving, batch.moving_end - batch.moving), room);
-    };
-    sort(moving_, numbers_);
-    sort(island_of_moving_, numbers_);
-    sort(resting_, flags_);
-    tick.domains = domains_.by_place();
-    tick.domains_count = domains_.count();
-    tick.places = domains_.places();
-  }
-
-  /// The largest sag, m, of what stays as it is.
-  static double sag_at_rest(std::span<ContactConstraint* const> chosen, double give) {
-    double sag = 0;
-    for (const ContactConstraint* c : chosen) {
-      for (const ConstraintPoint& p : c->used()) {
-        sag = std::max(sag, (1 - c->preload) * give * p.press);
-      }
-    }
-    return sag;
-  }
-
-  /// What has been at rest elsewhere than the surfaces touch is so for the sub-steps, too.
-  void set_gaps(Executor& executor, std::span<ContactConstraint* const> chosen, double give) {
-    if (!has_rested_) return;
-    if (gaps_.size() < chosen.size()) gaps_.resize(chosen.size());
-    has_moved_.resize(chosen.size());
-    for_each_index(executor, chosen.size(), kSoftChunk, [&](std::size_t k) {
-      ContactConstraint& c = *chosen[k];
-      has_moved_[k] = c.has_rested ? 1 : 0;
-      if (has_moved_[k] == 0) return;
-      for (std::size_t i = 0; i < c.used().size(); ++i) {
-        ConstraintPoint& p = c.points[i];
-        gaps_[k][i] = p.s0;
-        if (!c.rest(p).is_none()) p.s0 = c.gap(p, give);
-      }
-    });
-  }
-  void reset_gaps(Executor& executor, std::span<ContactConstraint* const> chosen) {
-    if (!has_rested_) return;
-    for_each_index(executor, chosen.size(), kSoftChunk, [&](std::size_t k) {
-      if (has_moved_[k] == 0) return;
-      ContactConstraint& c = *chosen[k];
-      for (std::size_t i = 0; i < c.used().size(); ++i) c.points[i].s0 = gaps_[k][i];
-    });
-  }
-
-  void add_batch(int n, std::size_t bodies) {
-    report_.impacts_ordered += batch_.impacts_ordered();
-    report_.paid_J += batch_.paid_J();
-    report_.residual.add(batch_.residual());
-    report_.balance.add(batch_.balance());
-    report_.body_sub_steps += n * static_cast<std::int64_t>(bodies);
+    if (batch.past == Past::rests) return;
+    report_.impacts_ordered += result.impacts_ordered;
+    report_.paid_J += result.paid_J;
+    report_.residual.add(result.residual);
+    report_.balance.add(result.balance);
+    report_.body_sub_steps += std::int64_t{batch.sub_steps} * bodies;
   }
 
   SubStepChoice& choice_of(int n) {
@@ -433,8 +405,7 @@ class SoftStep final : public SoftSolver {
   ContactReport report_;
   TickIslands own_islands_;
   const TickIslands* islands_ = nullptr;
-  Domains domains_;  // of a batch
-  SoftBatch batch_;
+  std::vector<BatchStep> steps_ = std::vector<BatchStep>(1);  // one a thread
   std::size_t number_of_bodies_ = 0;
   std::vector<Motion> motions_;               // by body, in the order of the tick's
   std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
@@ -455,18 +426,16 @@ class SoftStep final : public SoftSolver {
   std::vector<int> contacts_;   // likewise
   std::vector<int> sub_steps_;  // by island
   std::vector<double> gives_;   // s^2, by island
-  std::vector<std::array<double, kManifoldPoints>> gaps_;  // m, of a batch: s0 of its points
-  std::vector<std::uint8_t> has_moved_;                    // likewise: some s0 are others
-  bool has_rested_ = false;                                // a constraint has, anywhere
+  bool has_rested_ = false;     // a constraint has, anywhere
   std::vector<Batch> batches_;
+  std::vector<BatchResult> results_;   // of these
+  std::vector<std::size_t> small_;     // which of them are
   std::vector<std::size_t> batch_of_;  // by island
   // Sorted by batch; bodies, in it, by domain.
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;  // likewise
   std::vector<std::uint8_t> resting_;           // likewise
   std::vector<ContactConstraint*> chosen_;
-  std::vector<std::int32_t> numbers_;  // room to sort
-  std::vector<std::uint8_t> flags_;    // likewise
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 namespace cradle {
 
-/// Parts look around side by side where obstacles have their numbers already.
+/// Those of different parts may look around side by side, if all obstacles have their numbers.
 class BallLooks final : public BallSurroundings {
  public:
   BallLooks(World::State& s, BallPart& part) : s_(s), balls_(s.balls), part_(part) {}

@@ -71,7 +71,7 @@ double reach_of_boxes(const World::State& s) {
   return kRounding * (r + way.maxCoeff());
 }
 
-/// Calls `visit(number)` for balls without impacts whose boxes overlap this one.
+/// Calls `visit(number)` for balls whose boxes overlap this one when the tick begins.
 template <class F>
 void for_each_ball_in(const World::State& s, const Aabb& box, double reach, const F& visit) {
   const Vector r = Vector::Constant(reach);

@@ -18,14 +18,15 @@ constexpr std::int32_t kPlanesLeast = 2 * kBeyond;
 /// Expected impacts that are worth a part, of half a microsecond each.
 constexpr std::ptrdiff_t kImpactsLeast = 64;
 
-/// Ticks in which nobody tries again after parts did not agree: where impacts travel far, they
+/// After parts did not agree, the next time that they are tried: where impacts travel far, they
 /// will in the next tick, too.
-constexpr int kUndividedTicks = 15;
+constexpr int kTicksToNextTry = 16;
 
-/// How many parts are worth it.
+/// How many parts are worth it. One, if some balls take no part: those that meet them are told
+/// apart by what all have met.
 int parts_for(World::State& s, Executor& executor, bool any_is_out) {
   Ballistic& balls = s.balls;
-  if (balls.undivided_ticks > 0 && --balls.undivided_ticks > 0) return 1;
+  if (balls.ticks_to_next_try > 0 && --balls.ticks_to_next_try > 0) return 1;
   if (executor.threads() == 1 || !balls.are_apart || any_is_out) return 1;
   const auto expected =
       std::ranges::count_if(balls.pairs, [](const BallPair& pair) { return pair.time != kNever; });
@@ -107,9 +108,12 @@ bool agree(const BallGrid& grid, const BallPart& one, const BallPart& next) {
          });
 }
 
+/// Nor if a ball has come to rest: in which order it met those around depends on what its part
+/// knows.
 bool all_agree(const Ballistic& balls, std::size_t parts) {
-  for (std::size_t k = 0; k + 1 < parts; ++k) {
-    if (!agree(balls.grid, balls.parts[k], balls.parts[k + 1])) return false;
+  for (std::size_t k = 0; k < parts; ++k) {
+    if (balls.parts[k].events.any_rests()) return false;
+    if (k + 1 < parts && !agree(balls.grid, balls.parts[k], balls.parts[k + 1])) return false;
   }
   return true;
 }
@@ -136,9 +140,9 @@ void find_impacts(World::State& s, Executor& executor, bool any_is_out) {
   balls.parts_used = parts;
   if (parts > 1) {
     run_in(s, executor, parts);
-    if (!all_agree(balls, parts)) balls.undivided_ticks = kUndividedTicks;
+    if (!all_agree(balls, parts)) balls.ticks_to_next_try = kTicksToNextTry;
   }
-  if (parts == 1 || balls.undivided_ticks > 0) {
+  if (parts == 1 || balls.ticks_to_next_try > 0) {
     balls.parts_used = 1;
     run_in_one(s);
   }

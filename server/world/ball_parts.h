@@ -7,7 +7,11 @@
 /// either core has followed from what its part did not know: what both say is what one would have
 /// found. If not, one finds all.
 ///
+/// Parts are cut across z, and only while all balls take part, some hundred impacts are expected,
+/// nobody comes to rest within the tick, and there are cells enough.
+///
 /// Cost: cells beyond are seen twice; in a gas that fills 28 planes of cells two parts see 17 each.
+/// Each has some numbers for all balls.
 #pragma once
 
 #include "server/world/world.h"

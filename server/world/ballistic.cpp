@@ -222,12 +222,14 @@ class Bounces {
       }
     }
     if (any_is_out_) list_parted_balls();
+    std::ranges::sort(balls_.passed_by);  // whoever has found them
   }
 
   /// Of their numbers: sums of balances are not to depend on parts.
   void apply_in_order(std::span<const BallPart> parts) {
     std::vector<const StruckBall*>& all = balls_.in_order;
     all.clear();
+    all.reserve(balls_.slots.size());  // their number varies
     for (const BallPart& part : parts) {
       balls_.for_each_struck(part, [&all](const StruckBall& struck) { all.push_back(&struck); });
     }

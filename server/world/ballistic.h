@@ -60,12 +60,12 @@ struct Ballistic {
   std::vector<BodyPair> passed_by;     ///< pairs of fast deviated balls with what they do not know
   BallScene scene;                     ///< when the tick begins
   std::vector<std::int32_t> obstacle_slots;
-  std::vector<BallPair> pairs;         ///< that may meet then, in the order of their slots
-  std::vector<Stranger> strangers;     ///< likewise
+  std::vector<BallPair> pairs;      ///< that may meet then, by their slots; until impacts are found
+  std::vector<Stranger> strangers;  ///< likewise
   std::vector<std::uint8_t> is_bound;  ///< by pair: overlaps, or rests on an obstacle
   std::vector<BallPart> parts;
   std::size_t parts_used = 0;
-  int undivided_ticks = 0;                  ///< still to come; no result depends on it
+  int ticks_to_next_try = 0;                ///< of parts; no result depends on it
   std::vector<const StruckBall*> in_order;  ///< of all parts
   BallReport report;
 

@@ -48,7 +48,7 @@ class Trials {
   }
   void end(Attempt attempt) {
     hand_over_.note(0, attempt);
-    hand_over_.end();
+    hand_over_.end(serial_executor);
   }
 
   HandOver hand_over_;

@@ -108,10 +108,8 @@ class SoftStep final : public SoftSolver {
   /// Of a body, when the tick begins.
   struct Motion {
     double speed_mps, acceleration;
+    bool is_slow;  // no faster than kRestTicks make it
     bool is_free;  // as Poise has it
-
-    /// No faster than kRestTicks make it.
-    bool is_slow(double dt) const { return speed_mps <= kRestTicks * dt * acceleration; }
   };
   /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
   void look_at_islands() {
@@ -146,7 +144,10 @@ class SoftStep final : public SoftSolver {
     motions_.resize(number_of_bodies_);
     for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
       const std::size_t slot = index(tick.moving[k]);
-      motions_[k] = {arrays.v[slot].norm(), arrays.acceleration[slot].norm(),
+      const double acceleration = arrays.acceleration[slot].norm();
+      const double slow = kRestTicks * tick.dt * acceleration;
+      motions_[k] = {arrays.v[slot].norm(), acceleration,
+                     arrays.v[slot].squaredNorm() <= slow * slow,
                      !arrays.poise.empty() && arrays.poise[slot].free > 0};
     });
     ways_.assign(islands_->count(), 0);
@@ -319,7 +320,7 @@ class SoftStep final : public SoftSolver {
       moving_[at] = tick.moving[k];
       island_of_moving_[at] = static_cast<std::int32_t>(island);
       const bool rests = sizes_[island] > 1 && is_slow_[island] != 0;
-      resting_[at] = rests && motions_[k].is_slow(tick.dt) ? 1 : 0;
+      resting_[at] = rests && motions_[k].is_slow ? 1 : 0;
     }
     if (!arrays.poise.empty()) {
       for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
@@ -356,7 +357,7 @@ class SoftStep final : public SoftSolver {
         step(steps_[0], k, *tick.executor);
       }
     }
-    const std::size_t hands = index(tick.executor->threads());
+    const std::size_t hands = std::min(index(tick.executor->threads()), small_.size());
     if (steps_.size() < hands) steps_.resize(hands);
     for_each_index(*tick.executor, hands, 1, [&](std::size_t hand) {
       SerialExecutor here;

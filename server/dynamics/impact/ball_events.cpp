@@ -39,6 +39,7 @@ void BallEvents::begin(const BallScene& scene) {
   pairs.clear();
   struck_.clear();
   strikes_.clear();
+  any_rests_ = false;
   at_.assign(scene.balls.size(), -1);
 }
 
@@ -65,7 +66,7 @@ double BallEvents::time_along(const BallPair& pair, double now) const {
 }
 
 bool BallEvents::do_meet(std::int32_t a, std::int32_t b, double now) const {
-  if (rests(a) || rests(b)) return true;  // or will: that is not told by lines
+  if (rests(a) || rests(b)) return true;
   const Ball &one = ball(std::min(a, b)), &other = ball(std::max(a, b));
   if (impact_time(one, other, now, dt_) != kNever) return true;
   const double reach = (1 + kStruckTogether) * (one.radius + other.radius);
@@ -399,6 +400,7 @@ void BallEvents::rest_if_due(const Contact& contact, double t) {
     along = groove.dot(g_) * groove;
   }
   held = g_ - along;
+  any_rests_ = true;
   const Vector x_end = x + left * v + 0.5 * left * left * along;
   one.ball.v = v + left * along - dt_ * g_;
   one.ball.x = x_end - dt_ * one.ball.v - 0.5 * dt_ * dt_ * g_;

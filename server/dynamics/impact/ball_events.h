@@ -55,7 +55,9 @@ class BallEvents {
   /// Of impacts whose first ball `is_mine(number)`.
   template <class F>
   BallReport report(const F& is_mine) const;
-  /// Whether two touch now, or will before the tick ends.
+  /// Some ball has come to rest on an obstacle: what it may meet is told by nothing but the grid.
+  bool any_rests() const { return any_rests_; }
+  /// Whether two touch now, or will before the tick ends; true if one rests.
   bool do_meet(std::int32_t a, std::int32_t b, double now) const;
 
   template <class F>
@@ -122,6 +124,7 @@ class BallEvents {
   std::vector<StruckBall> struck_;
   std::vector<std::int32_t> at_;  // by ball: where in `struck_`; -1: it was not
   std::vector<Strike> strikes_;
+  bool any_rests_ = false;
   std::vector<Due> due_;       // of the tick's beginning, in their order
   std::size_t next_due_ = 0;   // of these
   std::vector<Due> foreseen_;  // since, a heap

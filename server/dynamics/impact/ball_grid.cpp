@@ -215,7 +215,9 @@ std::int32_t BallGrid::plane_after(std::size_t numerator, std::size_t denominato
 }
 
 std::int32_t BallGrid::planes_apart(const Deviations& deviations) const {
-  return static_cast<std::int32_t>(std::ceil(deviations.measure_.reach * cells_per_m_));
+  constexpr double kRounding = 2e-4;  // of cells, in single precision
+  const double apart = std::ceil(deviations.measure_.reach * double{cells_per_m_} + kRounding);
+  return static_cast<std::int32_t>(std::min<double>(apart, planes()));
 }
 
 BallGrid::Slab BallGrid::slab(std::int32_t first_plane, std::int32_t end_plane) const {

@@ -234,7 +234,9 @@ void BallGrid::for_each_near(const Deviations& deviations, std::int32_t number, 
   const Probe one = probe(point(ball), deviations.measure_, now);
   const Vector v = ball.v - v_mean_, here = ball.x + now * v, there = ball.x + dt_ * v;
   // The other may have come as far from where it was.
-  const Vector r = Vector::Constant((1 + 1e-6) * ball.radius + deviations.measure_.reach / 2);
+  constexpr double kRounding = 1 + 1e-6;
+  const double radius = kRounding * (1 + kStruckTogether) * ball.radius;
+  const Vector r = Vector::Constant(radius + deviations.measure_.reach / 2);
   for_each_row(here.cwiseMin(there) - r, here.cwiseMax(there) + r, [&](const Range& row) {
     for (std::uint32_t at = row.begin; at < row.end; at += kFloatLanes) {
       unsigned hits = may_meet(one, at) | deviated(deviations, at);

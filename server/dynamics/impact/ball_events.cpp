@@ -10,7 +10,7 @@
 // contact, since its normal and tangential velocities do not depend on each other.
 // Order: none; exact to rounding, but for friction in sets of several contacts (one after the
 // other), and without friction while a ball rests for the rest of its first tick.
-// Cost: n log n in the impacts, about 0.2 us each in a gas.
+// Cost: n log n in the impacts, 0.7 us each in a gas of 10 000 (Xeon), half of it to look around.
 #include "server/dynamics/impact/ball_events.h"
 
 #include <algorithm>

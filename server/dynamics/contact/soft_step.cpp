@@ -81,6 +81,7 @@ class SoftStep final : public SoftSolver {
   struct Look {
     double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
     bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven, has_rested, is_ahead;
+    bool is_point;  // not an edge, nor a face
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyArrays& arrays, double dt) {
@@ -101,7 +102,8 @@ class SoftStep final : public SoftSolver {
                    c.carrying > 0 && c.carrying<c.count, c.deepest_m> deep_m,
                    is_driven(c.a) || is_driven(c.b),
                    c.has_rested,
-                   c.is_ahead};
+                   c.is_ahead,
+                   c.count == 1};
     });
   }
 
@@ -121,6 +123,7 @@ class SoftStep final : public SoftSolver {
     lies_askew_.assign(islands_->count(), 0);
     askew_.assign(islands_->count(), -kFewAskew * kCarryPerAskew);
     is_heap_.assign(islands_->count(), 0);
+    points_.assign(islands_->count(), 0);
     has_rested_ = false;
     for (std::size_t k = 0; k < number_of_bodies_; ++k) {
       ++sizes_[islands_->of(static_cast<std::int32_t>(k))];
@@ -133,6 +136,7 @@ class SoftStep final : public SoftSolver {
       if (look.is_known) pasts_[island] = Past::lasts;
       lies_askew_[island] |= look.is_askew;
       askew_[island] += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
+      points_[island] += look.was_pressed ? (look.is_point ? 1 : -1) : 0;
       has_rested_ |= look.has_rested;
       excess_[island] += look.is_deep ? 3 : -1;
     }
@@ -257,7 +261,7 @@ class SoftStep final : public SoftSolver {
       count_demands(tick);
       preloads_.assign(islands_->count(), 0);
       for (std::size_t i = 0; i < demands_.size(); ++i) {
-        const Answer answer = answer_to(demands_[i], least_[i]);
+        const Answer answer = answer_to(demands_[i], least_[i], points_[i] > 0);
         sub_steps_[i] = answer.sub_steps;
         preloads_[i] = answer.preload;
       }
@@ -422,6 +426,7 @@ class SoftStep final : public SoftSolver {
   std::vector<Past> pasts_;                                              // by island
   std::vector<int> askew_;  // contacts that are, over the rest: by island, likewise
   std::vector<std::uint8_t> is_heap_;
+  std::vector<int> points_;     // contacts that are one, over the rest: by island
   std::vector<int> excess_;     // of deep contacts over others, by island
   std::vector<int> sizes_;      // bodies, by island
   std::vector<int> contacts_;   // likewise

@@ -107,6 +107,43 @@ TEST_CASE("a tower beside a heap falls as if alone, to the bit") {
   }
 }
 
+TEST_CASE("a heap beside towers that Newton's method has falls as if alone, to the bit") {
+  // Soft steps move the heap, in the same tick; one tower rests, one is carried along slowly.
+  constexpr double kSpeed = 5e-3;  // m/s
+  World alone(settings()), beside(settings());
+  for (World* world : {&alone, &beside}) {
+    add(*world, ground());
+    add_cubes(*world, 5, 4, 1);
+  }
+  BodySpec plate = brick({1, 1, 0.5}, {40, 0, 0.5}, {kSpeed, 0, 0});
+  plate.kind = BodyKind::kinematic;
+  add(beside, plate);
+  std::vector<BodyId> resting, carried;
+  for (int k = 0; k < 6; ++k) {
+    resting.push_back(add(beside, brick({0.5, 0.5, 0.5}, {30, 0, 0.5 + k})));
+    carried.push_back(add(beside, brick({0.5, 0.5, 0.5}, {40, 0, 1.5 + k}, {kSpeed, 0, 0})));
+  }
+  std::vector<BodyState> one, both;
+  for (int tick = 0; tick < 150; ++tick) {
+    CAPTURE(tick);
+    alone.step();
+    const StepReport report = beside.step();
+    REQUIRE(report.islands_at_rest + report.islands_by_newton >= 2);
+    alone.snapshot(one);
+    beside.snapshot(both);
+    // But for the ground, which the tower touches.
+    REQUIRE(
+        std::ranges::equal(std::span(one).subspan(1), std::span(both).subspan(1, one.size() - 1)));
+  }
+  for (int k = 0; k < 6; ++k) {
+    CAPTURE(k);
+    const Vec3 at = state(beside, resting[static_cast<std::size_t>(k)]).p_WBo;
+    CHECK(norm(at - Vec3{30, 0, 0.5 + k}) < 1e-6);
+    const Vec3 on = state(beside, carried[static_cast<std::size_t>(k)]).p_WBo;
+    CHECK(norm(on - Vec3{40 + kSpeed * 2.5, 0, 1.5 + k}) < 1e-6);
+  }
+}
+
 TEST_CASE("heaps of cubes come to rest") {
   // What kept them in motion for good, each with a period of a few ticks: contacts that changed
   // between a face and edges, or which of a face's points stood for it, and forgot what they had

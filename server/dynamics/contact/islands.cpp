@@ -29,21 +29,4 @@ void Islands::find(std::span<const ColouredPair> pairs, std::size_t bodies) {
   }
 }
 
-std::size_t Islands::take(const Islands& all, std::span<const std::uint8_t> are_taken,
-                          std::vector<std::int32_t>& renumbered) {
-  number_here_.resize(all.count_);
-  count_ = 0;
-  for (std::size_t i = 0; i < all.count_; ++i) {
-    number_here_[i] = are_taken[i] != 0 ? static_cast<std::int32_t>(count_++) : -1;
-  }
-  island_.clear();
-  renumbered.resize(all.island_.size());
-  for (std::size_t k = 0; k < renumbered.size(); ++k) {
-    const std::int32_t here = number_here_[static_cast<std::size_t>(all.island_[k])];
-    renumbered[k] = here < 0 ? -1 : static_cast<std::int32_t>(island_.size());
-    if (here >= 0) island_.push_back(here);
-  }
-  return island_.size();
-}
-
 }  // namespace cradle

@@ -17,17 +17,9 @@ class Islands {
 
   /// Numbered by their first bodies. Bodies without pairs are islands, too.
   std::size_t count() const { return count_; }
-  /// Those of `all` for which `are_taken[island]`, with their bodies, in their order. `renumbered`:
-  /// by body of `all`, its number here, or -1. Returns how many bodies that are.
-  std::size_t take(const Islands& all, std::span<const std::uint8_t> are_taken,
-                   std::vector<std::int32_t>& renumbered);
   std::size_t of(std::int32_t body) const {
     return static_cast<std::size_t>(island_[static_cast<std::size_t>(body)]);
   }
-
- protected:
-  /// An island of those that were taken last, by its number there.
-  std::int32_t taken_as(std::size_t island) const { return number_here_[island]; }
 
  private:
   std::int32_t root(std::int32_t body);
@@ -35,7 +27,6 @@ class Islands {
   std::size_t count_ = 0;
   std::vector<std::int32_t> parent_;  // never after its child
   std::vector<std::int32_t> island_;
-  std::vector<std::int32_t> number_here_;  // by island of those it was taken from
 };
 
 }  // namespace cradle

@@ -93,10 +93,14 @@ Sway sway_after(const Sway& before, const Sway& now, const ContactTick& tick) {
 void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
                     std::span<const Matrix> inverse_inertia_W, const Grouping& groups,
                     std::span<ContactConstraint* const> constraints) {
-  rests_.assign(groups.count(), bodies.sway.empty() ? 0 : 1);
+  rests_.resize(groups.count());
+  for (std::size_t island = 0; island < rests_.size(); ++island) {
+    rests_[island] = !bodies.sway.empty() && groups.has(island) ? 1 : 0;
+  }
   unbalanced_mps_ = 0;
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-    if (!is_still(bodies, index(tick.moving[k]))) rests_[groups.of(k)] = 0;
+    std::uint8_t& rests = rests_[groups.of(k)];
+    if (rests != 0 && !is_still(bodies, index(tick.moving[k]))) rests = 0;
   }
   for (const std::int32_t slot : tick.stirred) {  // however little: it may be free to move
     const std::int32_t k = groups.number[index(slot)];
@@ -184,10 +188,12 @@ void Settling::damp(const ContactTick& tick, const BodyArrays& bodies, const Gro
   std::size_t seen = 0;  // groups: they are numbered by their first bodies, which remember
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
     const std::size_t island = groups.of(k), i = index(tick.moving[k]);
+    const bool is_first = island == seen;
+    seen += is_first ? 1 : 0;
+    if (!groups.has(island)) continue;
     const Sway before = bodies.sway[i];
     bodies.sway[i] = {};
-    if (island == seen) {
-      ++seen;
+    if (is_first) {
       bodies.sway[i] = sway_after(before, sways_[island], tick);
       ends_[island] = bodies.sway[i].kinetic_J < sways_[island].kinetic_J ? 1 : 0;
     }

@@ -24,7 +24,10 @@ struct Grouping {
   /// s^2, by group: a contact without preload sinks in by so much of the acceleration that its load
   /// would give it.
   std::span<const double> give;
+  /// By group: 1 for those that are looked at; empty: all are.
+  std::span<const std::uint8_t> which = {};
 
+  bool has(std::size_t island) const { return which.empty() || which[island] != 0; }
   std::size_t count() const { return islands.count(); }
   std::size_t of(std::size_t moving) const { return islands.of(static_cast<std::int32_t>(moving)); }
   std::size_t of(const ContactConstraint& c) const {

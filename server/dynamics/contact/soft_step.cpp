@@ -50,21 +50,21 @@ class SoftStep final : public SoftSolver {
                         std::span<const Matrix> inverse_inertia_W,
                         std::span<ContactConstraint* const> constraints) override {
     own_islands_.find(tick, arrays.x.size(), constraints);
-    return advance_all(tick, arrays, inverse_inertia_W, constraints, own_islands_);
+    return advance_some(tick, arrays, inverse_inertia_W, constraints, own_islands_, {});
   }
 
-  ContactReport advance_all(const ContactTick& tick, const BodyArrays& arrays,
-                            std::span<const Matrix> inverse_inertia_W,
-                            std::span<ContactConstraint* const> constraints,
-                            const TickIslands& islands) override {
+  ContactReport advance_some(const ContactTick& tick, const BodyArrays& arrays,
+                             std::span<const Matrix> inverse_inertia_W,
+                             std::span<ContactConstraint* const> constraints,
+                             const TickIslands& islands,
+                             std::span<const std::uint8_t> which) override {
     report_ = {};
     if (constraints.empty()) return report_;
     islands_ = &islands;
-    number_of_bodies_ = tick.moving.size();
-    report_.islands = static_cast<int>(islands.count());
-    look_at_all(*tick.executor, constraints, arrays, tick.dt);
-    look_at_islands();
-    find_ways(tick, arrays);
+    which_ = which;
+    look_at_bodies(tick, arrays);
+    look_at_contacts(*tick.executor, constraints, arrays, tick.dt);
+    find_ways(tick.dt);
     find_pasts(tick, arrays, constraints);
     choose_sub_steps(tick, constraints);
     find_resting(tick, arrays, inverse_inertia_W, constraints);
@@ -77,14 +77,59 @@ class SoftStep final : public SoftSolver {
   }
 
  private:
-  /// What there is to know of each constraint by itself.
+  /// What there is to know of each body by itself, when the tick begins.
+  struct Motion {
+    double speed_mps, acceleration;
+    bool is_slow;  // no faster than kRestTicks make it
+    bool is_free;  // as Poise has it
+  };
+  /// Likewise of a constraint.
   struct Look {
     double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
     bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven, has_rested, is_ahead;
     bool is_point;  // not an edge, nor a face
   };
-  void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
-                   const BodyArrays& arrays, double dt) {
+  /// And of an island.
+  struct Facts {
+    int contacts = 0;
+    int excess = 0;                           // of deep contacts over others
+    int askew = -kFewAskew * kCarryPerAskew;  // contacts that are, over the rest
+    int points = 0;                           // likewise
+    bool has_past = false, lies_askew = false, is_slow = false, is_driven = false;
+    bool is_free = false;  // a body of it is
+    Past past = Past::none;
+    double way = 0;  // m, in the tick, in the mean
+    double acceleration = 0;
+    Demands demands{};
+    int least = 0;  // sub-steps
+    int sub_steps = 0;
+    double preload = 0;  // the most there is
+    std::size_t batch = 0;
+  };
+
+  bool is_stepped(std::size_t island) const { return which_.empty() || which_[island] != 0; }
+  Facts& facts_of(std::size_t constraint) { return facts_[islands_->of_constraint(constraint)]; }
+  std::size_t island_of_body(std::size_t k) const {
+    return islands_->of(static_cast<std::int32_t>(k));
+  }
+
+  void look_at_bodies(const ContactTick& tick, const BodyArrays& arrays) {
+    motions_.resize(tick.moving.size());
+    for_each_index(*tick.executor, tick.moving.size(), kSoftChunk, [&](std::size_t k) {
+      if (!is_stepped(island_of_body(k))) return;
+      const std::size_t slot = index(tick.moving[k]);
+      const double acceleration = arrays.acceleration[slot].norm();
+      const double slow = kRestTicks * tick.dt * acceleration;
+      motions_[k] = {arrays.v[slot].norm(), acceleration,
+                     arrays.v[slot].squaredNorm() <= slow * slow,
+                     !arrays.poise.empty() && arrays.poise[slot].free > 0};
+    });
+    sizes_.assign(islands_->count(), 0);
+    for (std::size_t k = 0; k < motions_.size(); ++k) ++sizes_[island_of_body(k)];
+  }
+
+  void look_at_contacts(Executor& executor, std::span<ContactConstraint* const> constraints,
+                        const BodyArrays& arrays, double dt) {
     const double deep_m = push_speed() * dt;
     const auto is_driven = [&](std::int32_t slot) {
       return islands_->numbers()[index(slot)] < 0 &&
@@ -92,6 +137,7 @@ class SoftStep final : public SoftSolver {
     };
     looks_.resize(constraints.size());
     for_each_index(executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
+      if (!is_stepped(islands_->of_constraint(k))) return;
       expect_next(constraints, k);
       const ContactConstraint& c = *constraints[k];
       looks_[k] = {c.press > 0 ? c.press : first_press(c, arrays),
@@ -105,67 +151,44 @@ class SoftStep final : public SoftSolver {
                    c.is_ahead,
                    c.count == 1};
     });
+    facts_.assign(islands_->count(), {});
+    has_rested_ = false;
+    for (std::size_t k = 0; k < looks_.size(); ++k) {
+      const std::size_t island = islands_->of_constraint(k);
+      if (!is_stepped(island)) continue;
+      add(looks_[k], facts_[island]);
+      has_rested_ |= looks_[k].has_rested;
+    }
+    is_heap_.resize(facts_.size());
+    std::ranges::transform(facts_, is_heap_.begin(),
+                           [](const Facts& facts) { return std::uint8_t{facts.askew > 0}; });
   }
 
-  /// Of a body, when the tick begins.
-  struct Motion {
-    double speed_mps, acceleration;
-    bool is_slow;  // no faster than kRestTicks make it
-    bool is_free;  // as Poise has it
-  };
-  /// Sizes of islands, whether they have been pressed before, and what is known of their contacts.
-  void look_at_islands() {
-    has_past_.assign(islands_->count(), 0);
-    sizes_.assign(islands_->count(), 0);
-    contacts_.assign(islands_->count(), 0);
-    excess_.assign(islands_->count(), 0);
-    pasts_.assign(islands_->count(), Past::none);
-    lies_askew_.assign(islands_->count(), 0);
-    askew_.assign(islands_->count(), -kFewAskew * kCarryPerAskew);
-    is_heap_.assign(islands_->count(), 0);
-    points_.assign(islands_->count(), 0);
-    has_rested_ = false;
-    for (std::size_t k = 0; k < number_of_bodies_; ++k) {
-      ++sizes_[islands_->of(static_cast<std::int32_t>(k))];
-    }
-    for (std::size_t k = 0; k < looks_.size(); ++k) {
-      const Look& look = looks_[k];
-      const std::size_t island = islands_->of_constraint(k);
-      ++contacts_[island];
-      has_past_[island] |= look.was_pressed;
-      if (look.is_known) pasts_[island] = Past::lasts;
-      lies_askew_[island] |= look.is_askew;
-      askew_[island] += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
-      points_[island] += look.was_pressed ? (look.is_point ? 1 : -1) : 0;
-      has_rested_ |= look.has_rested;
-      excess_[island] += look.is_deep ? 3 : -1;
-    }
-    for (std::size_t i = 0; i < askew_.size(); ++i) is_heap_[i] = askew_[i] > 0 ? 1 : 0;
+  static void add(const Look& look, Facts& facts) {
+    ++facts.contacts;
+    facts.has_past |= look.was_pressed;
+    if (look.is_known) facts.past = Past::lasts;
+    facts.lies_askew |= look.is_askew;
+    facts.is_driven |= look.is_driven;
+    facts.askew += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
+    facts.points += look.was_pressed ? (look.is_point ? 1 : -1) : 0;
+    facts.excess += look.is_deep ? 3 : -1;
   }
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
-  void find_ways(const ContactTick& tick, const BodyArrays& arrays) {
-    motions_.resize(number_of_bodies_);
-    for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
-      const std::size_t slot = index(tick.moving[k]);
-      const double acceleration = arrays.acceleration[slot].norm();
-      const double slow = kRestTicks * tick.dt * acceleration;
-      motions_[k] = {arrays.v[slot].norm(), acceleration,
-                     arrays.v[slot].squaredNorm() <= slow * slow,
-                     !arrays.poise.empty() && arrays.poise[slot].free > 0};
-    });
-    ways_.assign(islands_->count(), 0);
-    accelerations_.assign(islands_->count(), 0);
-    for (std::size_t k = 0; k < number_of_bodies_; ++k) {
-      const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
-      ways_[island] += tick.dt * motions_[k].speed_mps / sizes_[island];
-      accelerations_[island] = std::max(accelerations_[island], motions_[k].acceleration);
+  void find_ways(double dt) {
+    for (std::size_t k = 0; k < motions_.size(); ++k) {
+      const std::size_t island = island_of_body(k);
+      if (!is_stepped(island)) continue;
+      Facts& facts = facts_[island];
+      facts.way += dt * motions_[k].speed_mps / sizes_[island];
+      facts.acceleration = std::max(facts.acceleration, motions_[k].acceleration);
+      facts.is_free |= motions_[k].is_free;
     }
-    is_slow_.assign(ways_.size(), 0);
-    for (std::size_t i = 0; i < ways_.size(); ++i) {
-      const double fall = tick.dt * tick.dt * accelerations_[i];
-      is_slow_[i] = ways_[i] <= kSlowTicks * fall ? 1 : 0;
-      ways_[i] = std::max(ways_[i] - kSinkTicks * fall, 0.0);
+    for (Facts& facts : facts_) {
+      const double fall = dt * dt * facts.acceleration;
+      facts.is_slow = facts.way <= kSlowTicks * fall;
+      facts.way = std::max(facts.way - kSinkTicks * fall, 0.0);
     }
   }
 
@@ -174,43 +197,43 @@ class SoftStep final : public SoftSolver {
   void find_pasts(const ContactTick& tick, const BodyArrays& arrays,
                   std::span<ContactConstraint* const> constraints) {
     for (const std::int32_t slot : tick.shaken) {
-      if (islands_->numbers()[index(slot)] < 0) continue;
-      Past& past = pasts_[islands_->of(islands_->numbers()[index(slot)])];
+      const std::int32_t k = islands_->numbers()[index(slot)];
+      if (k < 0) continue;
+      Past& past = facts_[islands_->of(k)].past;
       if (past == Past::lasts) past = Past::changes;
     }
     bool all_last = true;
-    for (std::size_t i = 0; i < pasts_.size(); ++i) {
-      if (sizes_[i] == 1 && lies_askew_[i] != 0) pasts_[i] = Past::none;
+    for (std::size_t i = 0; i < facts_.size(); ++i) {
+      if (!is_stepped(i)) continue;
+      Facts& facts = facts_[i];
+      if (sizes_[i] == 1 && facts.lies_askew) facts.past = Past::none;
       // Many that are pushed apart at once, a quarter of all contacts.
-      if (excess_[i] > 0 && sizes_[i] > 2) pasts_[i] = Past::parts;
-      all_last &= pasts_[i] == Past::lasts;
+      if (facts.excess > 0 && sizes_[i] > 2) facts.past = Past::parts;
+      all_last &= facts.past == Past::lasts;
     }
     if (all_last) return;
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      Past& past = pasts_[islands_->of_constraint(k)];
-      if (past == Past::lasts) continue;
-      const double slow = kRestTicks * tick.dt * accelerations_[islands_->of_constraint(k)];
-      if (closing_speed(*constraints[k], arrays) > slow) past = Past::lasts;
+      const std::size_t island = islands_->of_constraint(k);
+      Facts& facts = facts_[island];
+      if (facts.past == Past::lasts || !is_stepped(island)) continue;
+      const double slow = kRestTicks * tick.dt * facts.acceleration;
+      if (closing_speed(*constraints[k], arrays) > slow) facts.past = Past::lasts;
     }
   }
 
-  Grouping grouping() const { return {*islands_, islands_->numbers(), gives_}; }
+  Grouping grouping() const { return {*islands_, islands_->numbers(), gives_, which_}; }
 
   /// Groups that stay as they are; and those that may come to rest, because nobody drives them.
   void find_resting(const ContactTick& tick, const BodyArrays& arrays,
                     std::span<const Matrix> inverse_inertia_W,
                     std::span<ContactConstraint* const> constraints) {
     settling_.find(tick, arrays, inverse_inertia_W, grouping(), constraints);
-    is_calm_.assign(islands_->count(), 0);
-    for (std::size_t i = 0; i < pasts_.size(); ++i) {
-      if (settling_.rests(i)) pasts_[i] = Past::rests;
-      is_calm_[i] = is_slow_[i] != 0 && pasts_[i] != Past::changes ? 1 : 0;
-    }
-    for (std::size_t k = 0; k < number_of_bodies_; ++k) {
-      if (motions_[k].is_free) is_calm_[islands_->of(static_cast<std::int32_t>(k))] = 0;
-    }
-    for (std::size_t k = 0; k < looks_.size(); ++k) {
-      if (looks_[k].is_driven) is_calm_[islands_->of_constraint(k)] = 0;
+    is_calm_.resize(facts_.size());
+    for (std::size_t i = 0; i < facts_.size(); ++i) {
+      Facts& facts = facts_[i];
+      if (settling_.rests(i)) facts.past = Past::rests;
+      const bool is_calm = facts.is_slow && facts.past != Past::changes;
+      is_calm_[i] = is_calm && !facts.is_free && !facts.is_driven && is_stepped(i) ? 1 : 0;
     }
   }
 
@@ -226,8 +249,6 @@ class SoftStep final : public SoftSolver {
   /// How many contacts of each island ask for each number of sub-steps. Of an island without a past
   /// loads are not known yet: then as if all its bodies lay on one of them.
   void count_demands(const ContactTick& tick) {
-    demands_.assign(islands_->count(), {});
-    least_.assign(islands_->count(), 0);
     asked_.resize(looks_.size());
     choices_.resize(looks_.size());
     const double whole = tick.dt / contact_angle();
@@ -236,45 +257,49 @@ class SoftStep final : public SoftSolver {
       const Look& look = looks_[k];
       asked_[k] = 0;
       choices_[k] = kNoChoice;
+      if (!is_stepped(island) || (!look.was_pressed && !look.is_met)) return;
+      const Facts& facts = facts_[island];
       const double tolerance_m = look.tolerance_m > 0 ? look.tolerance_m : tick.tolerance_m;
-      const double square = whole * whole / std::max(tolerance_m, ways_[island]);
-      if (!look.was_pressed && !look.is_met) return;
+      const double square = whole * whole / std::max(tolerance_m, facts.way);
       double press = look.press;
-      if (has_past_[island] == 0) press *= sizes_[island];
+      if (!facts.has_past) press *= sizes_[island];
       asked_[k] = std::sqrt(square * press);
       choices_[k] = first_of_at_least(asked_[k]);
     });
     for (std::size_t k = 0; k < looks_.size(); ++k) {
       if (choices_[k] == kNoChoice) continue;
-      const std::size_t island = islands_->of_constraint(k);
-      ++demands_[island][choices_[k]];
+      Facts& facts = facts_of(k);
+      ++facts.demands[choices_[k]];
       // What somebody asked for this very contact is not excused.
       if (looks_[k].tolerance_m > 0) {
-        least_[island] = std::max(least_[island], kSubSteps[choices_[k]]);
+        facts.least = std::max(facts.least, kSubSteps[choices_[k]]);
       }
     }
   }
 
   void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
-    sub_steps_.assign(islands_->count(), tick.sub_steps);
     if (tick.sub_steps == 0) {
       count_demands(tick);
-      preloads_.assign(islands_->count(), 0);
-      for (std::size_t i = 0; i < demands_.size(); ++i) {
-        const Answer answer = answer_to(demands_[i], least_[i], points_[i] > 0);
-        sub_steps_[i] = answer.sub_steps;
-        preloads_[i] = answer.preload;
+      for (Facts& facts : facts_) {
+        const Answer answer = answer_to(facts.demands, facts.least, facts.points > 0);
+        facts.sub_steps = answer.sub_steps;
+        facts.preload = answer.preload;
       }
       for_each_index(*tick.executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
-        const std::size_t i = islands_->of_constraint(k);
-        if (asked_[k] <= sub_steps_[i] || looks_[k].is_ahead) return;
-        const double share = sub_steps_[i] / asked_[k];
-        constraints[k]->preload = std::min(1 - share * share, preloads_[i]);  // of few
+        const Facts& facts = facts_of(k);
+        if (asked_[k] <= facts.sub_steps || looks_[k].is_ahead) return;
+        const double share = facts.sub_steps / asked_[k];
+        constraints[k]->preload = std::min(1 - share * share, facts.preload);  // of few
       });
+    } else {
+      for (Facts& facts : facts_) facts.sub_steps = tick.sub_steps;
     }
-    report_.sub_steps_max = std::ranges::max(sub_steps_);
-    gives_.resize(islands_->count());
-    for (std::size_t i = 0; i < gives_.size(); ++i) gives_[i] = give_of(sub_steps_[i], tick.dt);
+    gives_.resize(facts_.size());
+    for (std::size_t i = 0; i < facts_.size(); ++i) {
+      gives_[i] = give_of(facts_[i].sub_steps, tick.dt);
+      if (!is_stepped(i)) continue;
+      report_.sub_steps_max = std::max(report_.sub_steps_max, facts_[i].sub_steps);
+    }
   }
 
   /// Islands that go through the tick side by side, and where their bodies and constraints are in
@@ -289,25 +314,27 @@ class SoftStep final : public SoftSolver {
     return choice * kPasts.size() + static_cast<std::size_t>(past);
   }
 
-  void sort_by_batch(const ContactTick& tick, const BodyArrays& arrays,
-                     std::span<ContactConstraint* const> constraints) {
+  void list_batches(const ContactTick& tick) {
     const std::span<const int> choices =
         tick.sub_steps > 0 ? std::span(&tick.sub_steps, 1) : std::span<const int>(kSubSteps);
     batches_.clear();
     for (const int n : choices) {
       for (const Past past : kPasts) batches_.push_back({n, past, 0, 0, 0, 0, 0});
     }
-    batch_of_.resize(islands_->count());
-    for (std::size_t i = 0; i < islands_->count(); ++i) {
-      const auto choice = std::ranges::lower_bound(choices, sub_steps_[i]) - choices.begin();
-      batch_of_[i] = number(static_cast<std::size_t>(choice), pasts_[i]);
-      Batch& batch = batches_[batch_of_[i]];
+    for (std::size_t i = 0; i < facts_.size(); ++i) {
+      if (!is_stepped(i)) continue;
+      Facts& facts = facts_[i];
+      const auto choice = std::ranges::lower_bound(choices, facts.sub_steps) - choices.begin();
+      facts.batch = number(static_cast<std::size_t>(choice), facts.past);
+      Batch& batch = batches_[facts.batch];
       ++batch.islands;
       batch.moving_end += static_cast<std::size_t>(sizes_[i]);
-      batch.chosen_end += static_cast<std::size_t>(contacts_[i]);
+      batch.chosen_end += static_cast<std::size_t>(facts.contacts);
     }
+    report_.islands = 0;
     std::size_t moving = 0, chosen = 0;
     for (Batch& batch : batches_) {  // until now `_end` has a number, from here on the next place
+      report_.islands += batch.islands;
       batch.moving = std::exchange(batch.moving_end, moving);
       moving += batch.moving;
       batch.moving = batch.moving_end;
@@ -315,26 +342,35 @@ class SoftStep final : public SoftSolver {
       chosen += batch.chosen;
       batch.chosen = batch.chosen_end;
     }
-    moving_.resize(tick.moving.size());
-    island_of_moving_.resize(tick.moving.size());
-    resting_.resize(tick.moving.size());
-    for (std::size_t k = 0; k < tick.moving.size(); ++k) {
-      const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
-      const std::size_t at = batches_[batch_of_[island]].moving_end++;
+    moving_.resize(moving);
+    island_of_moving_.resize(moving);
+    resting_.resize(moving);
+    chosen_.resize(chosen);
+  }
+
+  void sort_by_batch(const ContactTick& tick, const BodyArrays& arrays,
+                     std::span<ContactConstraint* const> constraints) {
+    list_batches(tick);
+    for (std::size_t k = 0; k < motions_.size(); ++k) {
+      const std::size_t island = island_of_body(k);
+      if (!is_stepped(island)) continue;
+      const Facts& facts = facts_[island];
+      const std::size_t at = batches_[facts.batch].moving_end++;
       moving_[at] = tick.moving[k];
       island_of_moving_[at] = static_cast<std::int32_t>(island);
-      const bool rests = sizes_[island] > 1 && is_slow_[island] != 0;
-      resting_[at] = rests && motions_[k].is_slow ? 1 : 0;
+      resting_[at] = sizes_[island] > 1 && facts.is_slow && motions_[k].is_slow ? 1 : 0;
     }
     if (!arrays.poise.empty()) {
-      for_each_index(*tick.executor, number_of_bodies_, kSoftChunk, [&](std::size_t k) {
-        const std::size_t island = islands_->of(static_cast<std::int32_t>(k));
-        arrays.poise[index(tick.moving[k])].sub_steps = sub_steps_[island];
+      for_each_index(*tick.executor, motions_.size(), kSoftChunk, [&](std::size_t k) {
+        const std::size_t island = island_of_body(k);
+        if (!is_stepped(island)) return;
+        arrays.poise[index(tick.moving[k])].sub_steps = facts_[island].sub_steps;
       });
     }
-    chosen_.resize(constraints.size());
     for (std::size_t k = 0; k < constraints.size(); ++k) {
-      chosen_[batches_[batch_of_[islands_->of_constraint(k)]].chosen_end++] = constraints[k];
+      const std::size_t island = islands_->of_constraint(k);
+      if (!is_stepped(island)) continue;
+      chosen_[batches_[facts_[island].batch].chosen_end++] = constraints[k];
     }
   }
 
@@ -407,40 +443,33 @@ class SoftStep final : public SoftSolver {
     return choice;
   }
 
+  static constexpr std::uint8_t kNoChoice = 255;
+
   ContactReport report_;
   TickIslands own_islands_;
   const TickIslands* islands_ = nullptr;
+  std::span<const std::uint8_t> which_;                       // islands
   std::vector<BatchStep> steps_ = std::vector<BatchStep>(1);  // one a thread
-  std::size_t number_of_bodies_ = 0;
-  std::vector<Motion> motions_;               // by body, in the order of the tick's
-  std::vector<double> ways_, accelerations_;  // m, m/s^2, by island
-  std::vector<Demands> demands_;              // by island
-  std::vector<Look> looks_;                   // by constraint
-  std::vector<double> asked_;                 // sub-steps, by constraint
-  static constexpr std::uint8_t kNoChoice = 255;
-  std::vector<std::uint8_t> choices_;  // of kSubSteps, by constraint
-  std::vector<double> preloads_;       // the most there is, by island
-  std::vector<int> least_;             // sub-steps, by island
   Settling settling_;
-  std::vector<std::uint8_t> is_slow_, is_calm_, has_past_, lies_askew_;  // by island
-  std::vector<Past> pasts_;                                              // by island
-  std::vector<int> askew_;  // contacts that are, over the rest: by island, likewise
-  std::vector<std::uint8_t> is_heap_;
-  std::vector<int> points_;     // contacts that are one, over the rest: by island
-  std::vector<int> excess_;     // of deep contacts over others, by island
-  std::vector<int> sizes_;      // bodies, by island
-  std::vector<int> contacts_;   // likewise
-  std::vector<int> sub_steps_;  // by island
-  std::vector<double> gives_;   // s^2, by island
-  bool has_rested_ = false;     // a constraint has, anywhere
+  bool has_rested_ = false;      // a constraint has, anywhere
+  std::vector<Motion> motions_;  // by body, in the order of the tick's
+  // By constraint:
+  std::vector<Look> looks_;
+  std::vector<double> asked_;          // sub-steps
+  std::vector<std::uint8_t> choices_;  // of kSubSteps
+  // By island:
+  std::vector<Facts> facts_;
+  std::vector<int> sizes_;  // bodies
+  std::vector<std::uint8_t> is_heap_, is_calm_;
+  std::vector<double> gives_;  // s^2
+  // By batch:
   std::vector<Batch> batches_;
-  std::vector<BatchResult> results_;   // of these
-  std::vector<std::size_t> small_;     // which of them are
-  std::vector<std::size_t> batch_of_;  // by island
+  std::vector<BatchResult> results_;
+  std::vector<std::size_t> small_;  // which of them are
   // Sorted by batch; bodies, in it, by domain.
   std::vector<std::int32_t> moving_;
-  std::vector<std::int32_t> island_of_moving_;  // likewise
-  std::vector<std::uint8_t> resting_;           // likewise
+  std::vector<std::int32_t> island_of_moving_;
+  std::vector<std::uint8_t> resting_;
   std::vector<ContactConstraint*> chosen_;
 };
 

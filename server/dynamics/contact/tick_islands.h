@@ -1,7 +1,6 @@
 /// The islands of a tick: its moving bodies, by the constraints between them.
 #pragma once
 
-#include "server/collision/in_order.h"
 #include "server/dynamics/contact/contact_solver.h"
 #include "server/dynamics/contact/islands.h"
 
@@ -13,12 +12,6 @@ class TickIslands : public Islands {
   /// `slots`: how many there are.
   void find(const ContactTick& tick, std::size_t slots,
             std::span<ContactConstraint* const> constraints);
-  /// Those of `all` for which `are_taken[island]`: as `find` would number them by themselves.
-  /// `moving` and `constraints` are what `all` was found for, and become what is taken of it.
-  void take(Executor& executor, const TickIslands& all, std::span<const std::uint8_t> are_taken,
-            std::span<const std::int32_t> moving, std::span<ContactConstraint* const> constraints,
-            std::vector<std::int32_t>& taken_moving,
-            std::vector<ContactConstraint*>& taken_constraints);
 
   /// By slot; -1: does not yield.
   std::span<const std::int32_t> numbers() const { return number_; }
@@ -32,10 +25,6 @@ class TickIslands : public Islands {
   std::vector<std::int32_t> number_;
   std::vector<ColouredPair> pairs_;
   std::vector<std::int32_t> island_of_constraint_;
-  // For take():
-  std::vector<std::int32_t> renumbered_;
-  std::vector<std::uint8_t> is_taken_;  // by constraint
-  InOrder in_order_;
 };
 
 }  // namespace cradle

@@ -31,7 +31,7 @@ ContactReport IslandStep::advance(const ContactTick& tick, const BodyArrays& arr
   }
   const bool are_soft = has(Fate::soft), are_solved = has(Fate::solved), rest = has(Fate::rests);
   if (are_soft && !are_solved && !rest) {
-    add(soft_->advance_all(tick, arrays, inverse_inertia_W, all_, islands_));
+    add(soft_->advance_some(tick, arrays, inverse_inertia_W, all_, islands_, {}));
   } else if (are_solved && !are_soft && !rest) {
     finish(tick, all_);
   } else {
@@ -135,20 +135,29 @@ void IslandStep::finish(const ContactTick& tick, std::span<ContactConstraint* co
 
 /// Islands without a solution by the soft step, then the others by theirs.
 void IslandStep::finish_apart(std::span<const Matrix> inverse_inertia_W) {
-  for (const Fate fate : {Fate::soft, Fate::solved}) {
-    if (!has(fate)) continue;
-    are_of_fate_.resize(fates_.size());
-    std::ranges::transform(fates_, are_of_fate_.begin(),
-                           [fate](Fate own) { return std::uint8_t{own == fate}; });
-    part_.take(*tick_.executor, islands_, are_of_fate_, tick_.moving, all_, moving_, chosen_);
-    ContactTick tick = tick_;
-    tick.moving = moving_;
-    if (fate == Fate::soft) {
-      add(soft_->advance_all(tick, arrays_, inverse_inertia_W, chosen_, part_));
-    } else {
-      begin(tick, inverse_inertia_W);
-      finish(tick, chosen_);
-    }
+  if (has(Fate::soft)) {
+    are_soft_.resize(fates_.size());
+    std::ranges::transform(fates_, are_soft_.begin(),
+                           [](Fate own) { return std::uint8_t{own == Fate::soft}; });
+    add(soft_->advance_some(tick_, arrays_, inverse_inertia_W, all_, islands_, are_soft_));
+  }
+  if (!has(Fate::solved)) return;
+  list_found();
+  ContactTick tick = tick_;
+  tick.moving = moving_;
+  begin(tick, inverse_inertia_W);
+  finish(tick, chosen_);
+}
+
+/// What islands that are solved have, in the tick's order.
+void IslandStep::list_found() {
+  moving_.clear();
+  chosen_.clear();
+  for (std::size_t k = 0; k < tick_.moving.size(); ++k) {
+    if (fates_[island_of_body(k)] == Fate::solved) moving_.push_back(tick_.moving[k]);
+  }
+  for (std::size_t k = 0; k < all_.size(); ++k) {
+    if (fates_[islands_.of_constraint(k)] == Fate::solved) chosen_.push_back(all_[k]);
   }
 }
 

@@ -44,6 +44,7 @@ class IslandStep : public ContactSolver {
 
  private:
   void list_solved();
+  void list_found();
   void begin(const ContactTick& tick, std::span<const Matrix> inverse_inertia_W);
   void try_islands();
   void finish(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
@@ -66,12 +67,11 @@ class IslandStep : public ContactSolver {
   double give_ = 0;  // s^2: what a load of 1 m/s^2 sinks in by
   IslandSolver solver_;
   std::unique_ptr<SoftSolver> soft_;
-  std::vector<Fate> fates_;            // by island
-  std::vector<BodyLine> ways_, ends_;  // by number: velocities that move places; at the end
-  TickIslands part_;                   // those of one fate, and what is theirs:
-  std::vector<std::uint8_t> are_of_fate_;
-  std::vector<std::int32_t> moving_;
+  std::vector<Fate> fates_;             // by island
+  std::vector<BodyLine> ways_, ends_;   // by number: velocities that move places; at the end
+  std::vector<std::uint8_t> are_soft_;  // likewise by island
   std::span<ContactConstraint* const> all_;
+  std::vector<std::int32_t> moving_;  // of those that are solved
   std::vector<ContactConstraint*> chosen_;
 };
 

@@ -27,6 +27,10 @@ void Islands::find(std::span<const ColouredPair> pairs, std::size_t bodies) {
     const auto first = static_cast<std::size_t>(root(static_cast<std::int32_t>(i)));
     island_[i] = first == i ? static_cast<std::int32_t>(count_++) : island_[first];
   }
+  sizes_.assign(count_, 0);
+  for_runs(island_, [this](std::size_t island, std::size_t begin, std::size_t end) {
+    sizes_[island] += static_cast<int>(end - begin);
+  });
 }
 
 }  // namespace cradle

@@ -20,6 +20,9 @@ class Islands {
   std::size_t of(std::int32_t body) const {
     return static_cast<std::size_t>(island_[static_cast<std::size_t>(body)]);
   }
+  std::span<const std::int32_t> by_body() const { return island_; }
+  /// Bodies, by island.
+  std::span<const int> sizes() const { return sizes_; }
 
  private:
   std::int32_t root(std::int32_t body);
@@ -27,6 +30,16 @@ class Islands {
   std::size_t count_ = 0;
   std::vector<std::int32_t> parent_;  // never after its child
   std::vector<std::int32_t> island_;
+  std::vector<int> sizes_;
 };
+
+/// Calls `f(island, begin, end)` for runs of neighbours in `islands`, which are long in a heap.
+template <class F>
+void for_runs(std::span<const std::int32_t> islands, const F& f) {
+  for (std::size_t begin = 0, end = 0; begin < islands.size(); begin = end) {
+    while (end < islands.size() && islands[end] == islands[begin]) ++end;
+    f(static_cast<std::size_t>(islands[begin]), begin, end);
+  }
+}
 
 }  // namespace cradle

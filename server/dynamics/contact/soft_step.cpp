@@ -17,26 +17,17 @@
 #include "server/collision/index.h"
 #include "server/dynamics/contact/batch_step.h"
 #include "server/dynamics/contact/demands.h"
+#include "server/dynamics/contact/island_facts.h"
 #include "server/dynamics/contact/settling.h"
 #include "server/dynamics/contact/softness.h"
 
 namespace cradle {
 namespace {
 
-/// An island is at rest, or nearly, while its bodies are no faster in the mean than so many ticks
-/// of its acceleration make them: what sinks in at first is not faster (A8b of the benchmark).
-constexpr double kRestTicks = 2;
-/// It may come to rest while they go no farther in a tick, in the mean, than the speed of one
-/// tick's fall takes them. Half of that, what they fall from rest, is no way of an island that
-/// moves.
+/// An island may come to rest while its bodies go no farther in a tick, in the mean, than the speed
+/// of one tick's fall takes them. Half of that, what they fall from rest, is no way of an island
+/// that moves.
 constexpr double kSlowTicks = 1, kSinkTicks = 0.5;
-
-/// Of an island's contacts that carry, one in so many may do so on some of its points only: of two
-/// blocks in three one then does, and all that was done for points together was in vain (T2 of the
-/// benchmark).
-constexpr int kCarryPerAskew = kBlockLanes;
-/// But for so many of them: the points of a few bodies are solved together in any case.
-constexpr int kFewAskew = 2 * kBlockLanes;
 
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
 constexpr int kSoftChunk = 64;
@@ -77,115 +68,67 @@ class SoftStep final : public SoftSolver {
   }
 
  private:
-  /// What there is to know of each body by itself, when the tick begins.
-  struct Motion {
-    double speed_mps, acceleration;
-    bool is_slow;  // no faster than kRestTicks make it
-    bool is_free;  // as Poise has it
-  };
-  /// Likewise of a constraint.
-  struct Look {
-    double press, tolerance_m;  // of the constraint; m/s^2: or what it may be at first
-    bool was_pressed, is_met, is_known, is_askew, is_deep, is_driven, has_rested, is_ahead;
-    bool is_point;  // not an edge, nor a face
-  };
-  /// And of an island.
-  struct Facts {
-    int contacts = 0;
-    int excess = 0;                           // of deep contacts over others
-    int askew = -kFewAskew * kCarryPerAskew;  // contacts that are, over the rest
-    int points = 0;                           // likewise
-    bool has_past = false, lies_askew = false, is_slow = false, is_driven = false;
-    bool is_free = false;  // a body of it is
-    Past past = Past::none;
-    double way = 0;  // m, in the tick, in the mean
-    double acceleration = 0;
-    Demands demands{};
-    int least = 0;  // sub-steps
-    int sub_steps = 0;
-    double preload = 0;  // the most there is
-    std::size_t batch = 0;
-  };
-
   bool is_stepped(std::size_t island) const { return which_.empty() || which_[island] != 0; }
-  Facts& facts_of(std::size_t constraint) { return facts_[islands_->of_constraint(constraint)]; }
   std::size_t island_of_body(std::size_t k) const {
     return islands_->of(static_cast<std::int32_t>(k));
+  }
+  int size(std::size_t island) const { return islands_->sizes()[island]; }
+  /// Calls `f(island, begin, end)` for runs of contacts, and of bodies, of those that are stepped.
+  template <class F>
+  void for_contacts(const F& f) const {
+    for_runs(islands_->by_constraint(), of_stepped(f));
+  }
+  template <class F>
+  void for_bodies(const F& f) const {
+    for_runs(islands_->by_body(), of_stepped(f));
+  }
+  template <class F>
+  auto of_stepped(const F& f) const {
+    return [this, &f](std::size_t island, std::size_t begin, std::size_t end) {
+      if (is_stepped(island)) f(island, begin, end);
+    };
   }
 
   void look_at_bodies(const ContactTick& tick, const BodyArrays& arrays) {
     motions_.resize(tick.moving.size());
     for_each_index(*tick.executor, tick.moving.size(), kSoftChunk, [&](std::size_t k) {
-      if (!is_stepped(island_of_body(k))) return;
-      const std::size_t slot = index(tick.moving[k]);
-      const double acceleration = arrays.acceleration[slot].norm();
-      const double slow = kRestTicks * tick.dt * acceleration;
-      motions_[k] = {arrays.v[slot].norm(), acceleration,
-                     arrays.v[slot].squaredNorm() <= slow * slow,
-                     !arrays.poise.empty() && arrays.poise[slot].free > 0};
+      const std::size_t island = island_of_body(k);
+      if (!is_stepped(island)) return;
+      motions_[k] = motion_of(index(tick.moving[k]), arrays, tick.dt, size(island));
     });
-    sizes_.assign(islands_->count(), 0);
-    for (std::size_t k = 0; k < motions_.size(); ++k) ++sizes_[island_of_body(k)];
   }
 
   void look_at_contacts(Executor& executor, std::span<ContactConstraint* const> constraints,
                         const BodyArrays& arrays, double dt) {
-    const double deep_m = push_speed() * dt;
-    const auto is_driven = [&](std::int32_t slot) {
-      return islands_->numbers()[index(slot)] < 0 &&
-             !(arrays.v[index(slot)].isZero(0) && arrays.w[index(slot)].isZero(0));
-    };
     looks_.resize(constraints.size());
     for_each_index(executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
       if (!is_stepped(islands_->of_constraint(k))) return;
       expect_next(constraints, k);
-      const ContactConstraint& c = *constraints[k];
-      looks_[k] = {c.press > 0 ? c.press : first_press(c, arrays),
-                   c.tolerance_m,
-                   c.press > 0,
-                   c.is_met,
-                   c.is_known,
-                   c.carrying > 0 && c.carrying<c.count, c.deepest_m> deep_m,
-                   is_driven(c.a) || is_driven(c.b),
-                   c.has_rested,
-                   c.is_ahead,
-                   c.count == 1};
+      looks_[k] = look_of(*constraints[k], arrays, islands_->numbers(), dt);
     });
     facts_.assign(islands_->count(), {});
     has_rested_ = false;
-    for (std::size_t k = 0; k < looks_.size(); ++k) {
-      const std::size_t island = islands_->of_constraint(k);
-      if (!is_stepped(island)) continue;
-      add(looks_[k], facts_[island]);
-      has_rested_ |= looks_[k].has_rested;
-    }
+    for_contacts([this](std::size_t island, std::size_t begin, std::size_t end) {
+      IslandFacts facts = facts_[island];
+      for (std::size_t k = begin; k < end; ++k) {
+        facts.add(looks_[k]);
+        has_rested_ |= looks_[k].has_rested;
+      }
+      facts_[island] = facts;
+    });
     is_heap_.resize(facts_.size());
     std::ranges::transform(facts_, is_heap_.begin(),
-                           [](const Facts& facts) { return std::uint8_t{facts.askew > 0}; });
-  }
-
-  static void add(const Look& look, Facts& facts) {
-    ++facts.contacts;
-    facts.has_past |= look.was_pressed;
-    if (look.is_known) facts.past = Past::lasts;
-    facts.lies_askew |= look.is_askew;
-    facts.is_driven |= look.is_driven;
-    facts.askew += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
-    facts.points += look.was_pressed ? (look.is_point ? 1 : -1) : 0;
-    facts.excess += look.is_deep ? 3 : -1;
+                           [](const IslandFacts& facts) { return std::uint8_t{facts.askew > 0}; });
   }
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
   void find_ways(double dt) {
-    for (std::size_t k = 0; k < motions_.size(); ++k) {
-      const std::size_t island = island_of_body(k);
-      if (!is_stepped(island)) continue;
-      Facts& facts = facts_[island];
-      facts.way += dt * motions_[k].speed_mps / sizes_[island];
-      facts.acceleration = std::max(facts.acceleration, motions_[k].acceleration);
-      facts.is_free |= motions_[k].is_free;
-    }
-    for (Facts& facts : facts_) {
+    for_bodies([this](std::size_t island, std::size_t begin, std::size_t end) {
+      IslandFacts facts = facts_[island];
+      for (std::size_t k = begin; k < end; ++k) facts.add(motions_[k]);
+      facts_[island] = facts;
+    });
+    for (IslandFacts& facts : facts_) {
       const double fall = dt * dt * facts.acceleration;
       facts.is_slow = facts.way <= kSlowTicks * fall;
       facts.way = std::max(facts.way - kSinkTicks * fall, 0.0);
@@ -205,20 +148,20 @@ class SoftStep final : public SoftSolver {
     bool all_last = true;
     for (std::size_t i = 0; i < facts_.size(); ++i) {
       if (!is_stepped(i)) continue;
-      Facts& facts = facts_[i];
-      if (sizes_[i] == 1 && facts.lies_askew) facts.past = Past::none;
+      IslandFacts& facts = facts_[i];
+      if (size(i) == 1 && facts.lies_askew) facts.past = Past::none;
       // Many that are pushed apart at once, a quarter of all contacts.
-      if (facts.excess > 0 && sizes_[i] > 2) facts.past = Past::parts;
+      if (facts.excess > 0 && size(i) > 2) facts.past = Past::parts;
       all_last &= facts.past == Past::lasts;
     }
     if (all_last) return;
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
-      const std::size_t island = islands_->of_constraint(k);
-      Facts& facts = facts_[island];
-      if (facts.past == Past::lasts || !is_stepped(island)) continue;
+    for_contacts([&](std::size_t island, std::size_t begin, std::size_t end) {
+      IslandFacts& facts = facts_[island];
       const double slow = kRestTicks * tick.dt * facts.acceleration;
-      if (closing_speed(*constraints[k], arrays) > slow) facts.past = Past::lasts;
-    }
+      for (std::size_t k = begin; k < end && facts.past != Past::lasts; ++k) {
+        if (closing_speed(*constraints[k], arrays) > slow) facts.past = Past::lasts;
+      }
+    });
   }
 
   Grouping grouping() const { return {*islands_, islands_->numbers(), gives_, which_}; }
@@ -230,20 +173,11 @@ class SoftStep final : public SoftSolver {
     settling_.find(tick, arrays, inverse_inertia_W, grouping(), constraints);
     is_calm_.resize(facts_.size());
     for (std::size_t i = 0; i < facts_.size(); ++i) {
-      Facts& facts = facts_[i];
+      IslandFacts& facts = facts_[i];
       if (settling_.rests(i)) facts.past = Past::rests;
       const bool is_calm = facts.is_slow && facts.past != Past::changes;
       is_calm_[i] = is_calm && !facts.is_free && !facts.is_driven && is_stepped(i) ? 1 : 0;
     }
-  }
-
-  /// As if the heavier body lay on the lighter one.
-  static double first_press(const ContactConstraint& c, const BodyArrays& arrays) {
-    const double a = arrays.acceleration[index(c.a)].norm(),
-                 b = arrays.acceleration[index(c.b)].norm();
-    const double lighter = std::max(c.inverse_mass_A, c.inverse_mass_B);
-    const double heavier = std::min(c.inverse_mass_A, c.inverse_mass_B);
-    return std::max(a, b) * (heavier > 0 ? 1 + lighter / heavier : 1);
   }
 
   /// How many contacts of each island ask for each number of sub-steps. Of an island without a past
@@ -254,45 +188,47 @@ class SoftStep final : public SoftSolver {
     const double whole = tick.dt / contact_angle();
     for_each_index(*tick.executor, looks_.size(), kSoftChunk, [&](std::size_t k) {
       const std::size_t island = islands_->of_constraint(k);
-      const Look& look = looks_[k];
+      const ContactLook& look = looks_[k];
       asked_[k] = 0;
       choices_[k] = kNoChoice;
       if (!is_stepped(island) || (!look.was_pressed && !look.is_met)) return;
-      const Facts& facts = facts_[island];
+      const IslandFacts& facts = facts_[island];
       const double tolerance_m = look.tolerance_m > 0 ? look.tolerance_m : tick.tolerance_m;
       const double square = whole * whole / std::max(tolerance_m, facts.way);
       double press = look.press;
-      if (!facts.has_past) press *= sizes_[island];
+      if (!facts.has_past) press *= size(island);
       asked_[k] = std::sqrt(square * press);
       choices_[k] = first_of_at_least(asked_[k]);
     });
-    for (std::size_t k = 0; k < looks_.size(); ++k) {
-      if (choices_[k] == kNoChoice) continue;
-      Facts& facts = facts_of(k);
-      ++facts.demands[choices_[k]];
-      // What somebody asked for this very contact is not excused.
-      if (looks_[k].tolerance_m > 0) {
-        facts.least = std::max(facts.least, kSubSteps[choices_[k]]);
+    for_contacts([this](std::size_t island, std::size_t begin, std::size_t end) {
+      IslandFacts& facts = facts_[island];
+      for (std::size_t k = begin; k < end; ++k) {
+        if (choices_[k] == kNoChoice) continue;
+        ++facts.demands[choices_[k]];
+        // What somebody asked for this very contact is not excused.
+        if (looks_[k].tolerance_m > 0) {
+          facts.least = std::max(facts.least, kSubSteps[choices_[k]]);
+        }
       }
-    }
+    });
   }
 
   void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
     if (tick.sub_steps == 0) {
       count_demands(tick);
-      for (Facts& facts : facts_) {
+      for (IslandFacts& facts : facts_) {
         const Answer answer = answer_to(facts.demands, facts.least, facts.points > 0);
         facts.sub_steps = answer.sub_steps;
         facts.preload = answer.preload;
       }
       for_each_index(*tick.executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
-        const Facts& facts = facts_of(k);
+        const IslandFacts& facts = facts_[islands_->of_constraint(k)];
         if (asked_[k] <= facts.sub_steps || looks_[k].is_ahead) return;
         const double share = facts.sub_steps / asked_[k];
         constraints[k]->preload = std::min(1 - share * share, facts.preload);  // of few
       });
     } else {
-      for (Facts& facts : facts_) facts.sub_steps = tick.sub_steps;
+      for (IslandFacts& facts : facts_) facts.sub_steps = tick.sub_steps;
     }
     gives_.resize(facts_.size());
     for (std::size_t i = 0; i < facts_.size(); ++i) {
@@ -323,12 +259,12 @@ class SoftStep final : public SoftSolver {
     }
     for (std::size_t i = 0; i < facts_.size(); ++i) {
       if (!is_stepped(i)) continue;
-      Facts& facts = facts_[i];
+      IslandFacts& facts = facts_[i];
       const auto choice = std::ranges::lower_bound(choices, facts.sub_steps) - choices.begin();
       facts.batch = number(static_cast<std::size_t>(choice), facts.past);
       Batch& batch = batches_[facts.batch];
       ++batch.islands;
-      batch.moving_end += static_cast<std::size_t>(sizes_[i]);
+      batch.moving_end += static_cast<std::size_t>(size(i));
       batch.chosen_end += static_cast<std::size_t>(facts.contacts);
     }
     report_.islands = 0;
@@ -351,15 +287,17 @@ class SoftStep final : public SoftSolver {
   void sort_by_batch(const ContactTick& tick, const BodyArrays& arrays,
                      std::span<ContactConstraint* const> constraints) {
     list_batches(tick);
-    for (std::size_t k = 0; k < motions_.size(); ++k) {
-      const std::size_t island = island_of_body(k);
-      if (!is_stepped(island)) continue;
-      const Facts& facts = facts_[island];
-      const std::size_t at = batches_[facts.batch].moving_end++;
-      moving_[at] = tick.moving[k];
-      island_of_moving_[at] = static_cast<std::int32_t>(island);
-      resting_[at] = sizes_[island] > 1 && facts.is_slow && motions_[k].is_slow ? 1 : 0;
-    }
+    for_bodies([&](std::size_t island, std::size_t begin, std::size_t end) {
+      const IslandFacts& facts = facts_[island];
+      const bool may_rest = size(island) > 1 && facts.is_slow;
+      std::size_t at = batches_[facts.batch].moving_end;
+      for (std::size_t k = begin; k < end; ++k, ++at) {
+        moving_[at] = tick.moving[k];
+        island_of_moving_[at] = static_cast<std::int32_t>(island);
+        resting_[at] = may_rest && motions_[k].is_slow ? 1 : 0;
+      }
+      batches_[facts.batch].moving_end = at;
+    });
     if (!arrays.poise.empty()) {
       for_each_index(*tick.executor, motions_.size(), kSoftChunk, [&](std::size_t k) {
         const std::size_t island = island_of_body(k);
@@ -367,11 +305,13 @@ class SoftStep final : public SoftSolver {
         arrays.poise[index(tick.moving[k])].sub_steps = facts_[island].sub_steps;
       });
     }
-    for (std::size_t k = 0; k < constraints.size(); ++k) {
-      const std::size_t island = islands_->of_constraint(k);
-      if (!is_stepped(island)) continue;
-      chosen_[batches_[facts_[island].batch].chosen_end++] = constraints[k];
-    }
+    for_contacts([&](std::size_t island, std::size_t begin, std::size_t end) {
+      std::size_t& to = batches_[facts_[island].batch].chosen_end;
+      std::copy(constraints.begin() + static_cast<std::ptrdiff_t>(begin),
+                constraints.begin() + static_cast<std::ptrdiff_t>(end),
+                chosen_.begin() + static_cast<std::ptrdiff_t>(to));
+      to += end - begin;
+    });
   }
 
   /// Those with many contacts one after the other, each by all threads; those with few, of which a
@@ -383,8 +323,8 @@ class SoftStep final : public SoftSolver {
     const auto step = [&](BatchStep& by, std::size_t k, Executor& executor) {
       ContactTick own = tick;
       own.executor = &executor;
-      results_[k] =
-          by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W, sizes_, has_rested_);
+      results_[k] = by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W,
+                               islands_->sizes(), has_rested_);
     };
     results_.resize(batches_.size());
     small_.clear();
@@ -451,15 +391,14 @@ class SoftStep final : public SoftSolver {
   std::span<const std::uint8_t> which_;                       // islands
   std::vector<BatchStep> steps_ = std::vector<BatchStep>(1);  // one a thread
   Settling settling_;
-  bool has_rested_ = false;      // a constraint has, anywhere
-  std::vector<Motion> motions_;  // by body, in the order of the tick's
+  bool has_rested_ = false;          // a constraint has, anywhere
+  std::vector<BodyMotion> motions_;  // by body, in the order of the tick's
   // By constraint:
-  std::vector<Look> looks_;
+  std::vector<ContactLook> looks_;
   std::vector<double> asked_;          // sub-steps
   std::vector<std::uint8_t> choices_;  // of kSubSteps
   // By island:
-  std::vector<Facts> facts_;
-  std::vector<int> sizes_;  // bodies
+  std::vector<IslandFacts> facts_;
   std::vector<std::uint8_t> is_heap_, is_calm_;
   std::vector<double> gives_;  // s^2
   // By batch:

@@ -20,6 +20,7 @@ class TickIslands : public Islands {
   std::size_t of_constraint(std::size_t k) const {
     return static_cast<std::size_t>(island_of_constraint_[k]);
   }
+  std::span<const std::int32_t> by_constraint() const { return island_of_constraint_; }
 
  private:
   std::vector<std::int32_t> number_;

@@ -89,7 +89,7 @@ void HandOver::begin(const ContactTick& tick, const BodyArrays& arrays, const Ti
   tolerance_m_ = tick.tolerance_m;
   dt_ = tick.dt;
   look_at_bodies(*tick.executor);
-  look_at_contacts(tick, constraints);
+  look_at_contacts(constraints);
   for (Facts& facts : facts_) facts.choice = choose(facts);
 }
 
@@ -100,42 +100,51 @@ void HandOver::look_at_bodies(Executor& executor) {
     const double speed = arrays_.v[i].norm() + arrays_.gyration(i) * arrays_.w[i].norm();
     looks_[k] = {speed, poises_[i]};
   });
-  for (std::size_t k = 0; k < moving_.size(); ++k) {
-    Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
-    const auto& [speed, poise] = looks_[k];
-    facts.speed_mps = std::max(facts.speed_mps, speed);
-    facts.is_new |= poise.method == Poise::none;
-    facts.was_soft |= poise.method == Poise::soft;
-    may_have_rested_[k] = poise.method == Poise::newton || poise.has_rested != 0 ? 1 : 0;
-    facts.cool = std::max(facts.cool, poise.cool);
-    facts.free = std::max(facts.free, poise.free);
-    facts.fails = std::max(facts.fails, poise.fails);
-    facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
-  }
+  for_runs(islands_->by_body(), [this](std::size_t island, std::size_t begin, std::size_t end) {
+    Facts facts = facts_[island];
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto& [speed, poise] = looks_[k];
+      facts.speed_mps = std::max(facts.speed_mps, speed);
+      facts.is_new |= poise.method == Poise::none;
+      facts.was_soft |= poise.method == Poise::soft;
+      const bool may_have_rested = poise.method == Poise::newton || poise.has_rested != 0;
+      may_have_rested_[k] = may_have_rested ? 1 : 0;
+      facts.may_have_rested |= may_have_rested;
+      facts.cool = std::max(facts.cool, poise.cool);
+      facts.free = std::max(facts.free, poise.free);
+      facts.fails = std::max(facts.fails, poise.fails);
+      facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
+    }
+    facts_[island] = facts;
+  });
   for (Facts& facts : facts_) facts.nearest_m = kHandOverTolerances.touch_m * 2;
 }
 
-void HandOver::look_at_contacts(const ContactTick& tick,
-                                std::span<ContactConstraint* const> constraints) {
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    Facts& facts = facts_[islands_->of_constraint(k)];
-    if (!may_rest(facts) && !may_have_rested(k)) continue;  // soft, as before
-    ContactConstraint& c = *constraints[k];
-    facts.is_barred |= c.turns_heavily() || c.is_ahead;
-    double nearest_m = kHandOverTolerances.touch_m * 2;
-    for (const ConstraintPoint& p : c.used()) nearest_m = std::min(nearest_m, p.s0);
-    facts.nearest_m = std::min(facts.nearest_m, nearest_m);
-    look_at_rest(c);
-    if (has_rest(c)) mark(c, has_rested_);
-    const double give = give_of(facts.sub_steps, tick.dt);
-    if (c.carrying > 0 || nearest_m <= kHandOverTolerances.touch_m) mark(c, carries_);
-    for (const ConstraintPoint& p : c.used()) {
-      const double sag = give * c.load(p);
-      const double spare =
-          std::max(tolerance_m(c) - sag, kHandOverTolerances.excess_least * tolerance_m(c));
-      facts.is_deep |=
-          c.gap(p, give) + sag < -std::min(spare, kHandOverTolerances.excess * tolerance_m(c));
+void HandOver::look_at_contacts(std::span<ContactConstraint* const> constraints) {
+  for_runs(islands_->by_constraint(), [&](std::size_t island, std::size_t begin, std::size_t end) {
+    Facts& facts = facts_[island];
+    if (!may_rest(facts) && !facts.may_have_rested) return;  // soft, as before
+    for (std::size_t k = begin; k < end; ++k) {
+      if (may_rest(facts) || may_have_rested(k)) look_at_contact(*constraints[k], facts);
     }
+  });
+}
+
+void HandOver::look_at_contact(ContactConstraint& c, Facts& facts) {
+  facts.is_barred |= c.turns_heavily() || c.is_ahead;
+  double nearest_m = kHandOverTolerances.touch_m * 2;
+  for (const ConstraintPoint& p : c.used()) nearest_m = std::min(nearest_m, p.s0);
+  facts.nearest_m = std::min(facts.nearest_m, nearest_m);
+  look_at_rest(c);
+  if (has_rest(c)) mark(c, has_rested_);
+  const double give = give_of(facts.sub_steps, dt_);
+  if (c.carrying > 0 || nearest_m <= kHandOverTolerances.touch_m) mark(c, carries_);
+  for (const ConstraintPoint& p : c.used()) {
+    const double sag = give * c.load(p);
+    const double spare =
+        std::max(tolerance_m(c) - sag, kHandOverTolerances.excess_least * tolerance_m(c));
+    facts.is_deep |=
+        c.gap(p, give) + sag < -std::min(spare, kHandOverTolerances.excess * tolerance_m(c));
   }
 }
 
@@ -251,11 +260,12 @@ void HandOver::let_go(const Island& island) {
 }
 
 void HandOver::let_go_of_soft(std::span<ContactConstraint* const> constraints) {
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    if (choice(islands_->of_constraint(k)) != Choice::soft) continue;
-    if (!may_have_rested(k)) continue;
-    let_go(*constraints[k]);
-  }
+  for_runs(islands_->by_constraint(), [&](std::size_t island, std::size_t begin, std::size_t end) {
+    if (choice(island) != Choice::soft || !facts_[island].may_have_rested) return;
+    for (std::size_t k = begin; k < end; ++k) {
+      if (may_have_rested(k)) let_go(*constraints[k]);
+    }
+  });
 }
 
 void HandOver::note(std::size_t island, Attempt attempt) {

@@ -43,13 +43,15 @@ class HandOver {
     double speed_mps = 0;
     double nearest_m = 0;
     bool is_new = false, was_soft = false, is_barred = false, is_deep = false;
+    bool may_have_rested = false;  // a body of it
     std::int32_t sub_steps = 1;
     std::int32_t cool = 0, free = 0, fails = 0;
     Choice choice = Choice::soft;
     Poise::Method method = Poise::soft;
   };
   void look_at_bodies(Executor& executor);
-  void look_at_contacts(const ContactTick& tick, std::span<ContactConstraint* const> constraints);
+  void look_at_contacts(std::span<ContactConstraint* const> constraints);
+  void look_at_contact(ContactConstraint& c, Facts& facts);
   bool may_have_rested(std::size_t constraint) const;
   void let_go(ContactConstraint& c);
   void mark(const ContactConstraint& c, std::vector<std::uint8_t>& bodies) const;

@@ -1,0 +1,47 @@
+#include "server/dynamics/contact/island_facts.h"
+
+#include "server/collision/index.h"
+
+namespace cradle {
+namespace {
+
+/// m/s^2, as if the heavier body lay on the lighter one.
+double first_press(const ContactConstraint& c, const BodyArrays& arrays) {
+  const double a = arrays.acceleration[index(c.a)].norm(),
+               b = arrays.acceleration[index(c.b)].norm();
+  const double lighter = std::max(c.inverse_mass_A, c.inverse_mass_B);
+  const double heavier = std::min(c.inverse_mass_A, c.inverse_mass_B);
+  return std::max(a, b) * (heavier > 0 ? 1 + lighter / heavier : 1);
+}
+
+}  // namespace
+
+BodyMotion motion_of(std::size_t slot, const BodyArrays& arrays, double dt, int bodies) {
+  const double acceleration = arrays.acceleration[slot].norm();
+  const double slow = kRestTicks * dt * acceleration;
+  return {dt * arrays.v[slot].norm() / bodies, acceleration,
+          arrays.v[slot].squaredNorm() <= slow * slow,
+          !arrays.poise.empty() && arrays.poise[slot].free > 0};
+}
+
+ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
+                    std::span<const std::int32_t> number, double dt) {
+  const auto is_driven = [&](std::size_t slot) {
+    return number[slot] < 0 && !(arrays.v[slot].isZero(0) && arrays.w[slot].isZero(0));
+  };
+  ContactLook look;
+  look.press = c.press > 0 ? c.press : first_press(c, arrays);
+  look.tolerance_m = c.tolerance_m;
+  look.was_pressed = c.press > 0;
+  look.is_met = c.is_met;
+  look.is_known = c.is_known;
+  look.is_deep = c.deepest_m > push_speed() * dt;
+  look.has_rested = c.has_rested;
+  look.is_ahead = c.is_ahead;
+  look.is_askew = c.carrying > 0 && c.carrying < c.count;
+  look.is_driven = is_driven(index(c.a)) || is_driven(index(c.b));
+  look.is_point = c.count == 1;
+  return look;
+}
+
+}  // namespace cradle

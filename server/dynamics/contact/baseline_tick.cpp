@@ -3,13 +3,13 @@
 #include <algorithm>
 
 #include "server/dynamics/contact/contact_sweeps.h"
+#include "server/dynamics/contact/island_facts.h"
 #include "server/dynamics/contact/single_contacts.h"
 #include "server/dynamics/lcp/lemke.h"
 
 namespace cradle {
 namespace {
 
-constexpr double kRestTicks = 2;      ///< as in soft_step.cpp ("bounces off nothing")
 constexpr double kOverlap_m = 1e-12;  ///< less is rounding of places ("a stack by pivots")
 
 }  // namespace

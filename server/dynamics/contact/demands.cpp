@@ -1,5 +1,6 @@
 #include "server/dynamics/contact/demands.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace cradle {
@@ -13,29 +14,35 @@ constexpr int kContactsPerExcused = 500;
 /// many times, where it saves a quarter. Contacts are no stiffer by it: with fewer sub-steps, or
 /// more contacts preloaded, towers would rock ("Newton's method takes over from soft steps").
 constexpr int kContactsPerPreloaded = 8;
-/// In a heap of this many that lie on each other by points there are no towers, and every third may
-/// be preloaded: T5 of the benchmark takes 0.94 of the time, in 6.7 sub-steps as it comes to rest
-/// instead of 9.4.
-constexpr int kLoosePerPreloaded = 3, kLoose = 500;
+/// Where bodies lie on each other by many single points they are no towers: of the points beyond so
+/// many, one in so many more may be preloaded. As T5 of the benchmark comes to rest it takes 6.7
+/// sub-steps for 9.4 ("of many single points one in three may be preloaded").
+constexpr int kPoints = 500, kPointsPerPreloaded = 4;
 constexpr double kMostSaved = 3;
 constexpr double kWorthIt = 0.75;
 
-/// What all contacts of an island ask for but one in so many.
-int asked_by_all_but(int contacts_per_one, const Demands& demands) {
-  int excused = std::accumulate(demands.begin(), demands.end(), 0) / contacts_per_one;
+int sum(const Demands& demands) { return std::accumulate(demands.begin(), demands.end(), 0); }
+
+/// What all contacts of an island ask for but so many, and so many single points beside them.
+int asked_by_all_but(int excused, int excused_points, const Demands& demands,
+                     const Demands& of_points) {
   std::size_t choice = kSubSteps.size() - 1;
-  while (choice > 0 && demands[choice] <= excused) excused -= demands[choice--];
+  for (; choice > 0; --choice) {
+    const int points = std::min(excused_points, of_points[choice]);
+    excused_points -= points;
+    excused -= demands[choice] - points;
+    if (excused < 0) break;
+  }
   return kSubSteps[choice];
 }
 
 }  // namespace
 
-Answer answer_to(const Demands& demands, int least, bool is_loose) {
-  const bool is_loose_heap =
-      is_loose && std::accumulate(demands.begin(), demands.end(), 0) >= kLoose;
-  const int all = asked_by_all_but(kContactsPerExcused, demands);
-  const int most =
-      asked_by_all_but(is_loose_heap ? kLoosePerPreloaded : kContactsPerPreloaded, demands);
+Answer answer_to(const Demands& demands, const Demands& of_points, int least) {
+  const int contacts = sum(demands);
+  const int points = std::max(sum(of_points) - kPoints, 0) / kPointsPerPreloaded;
+  const int all = asked_by_all_but(contacts / kContactsPerExcused, 0, demands, of_points);
+  const int most = asked_by_all_but(contacts / kContactsPerPreloaded, points, demands, of_points);
   const int n = *std::ranges::find_if(
       kSubSteps, [&](int choice) { return choice >= most && kMostSaved * choice >= all; });
   const int sub_steps = std::max(n <= kWorthIt * all ? n : all, least);

@@ -38,9 +38,9 @@ ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
   look.is_deep = c.deepest_m > push_speed() * dt;
   look.has_rested = c.has_rested;
   look.is_ahead = c.is_ahead;
+  look.is_single = c.count == 1;
   look.is_askew = c.carrying > 0 && c.carrying < c.count;
   look.is_driven = is_driven(index(c.a)) || is_driven(index(c.b));
-  look.is_point = c.count == 1;
   return look;
 }
 

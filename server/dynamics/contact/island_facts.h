@@ -38,9 +38,9 @@ struct ContactLook {
   double press;        ///< m/s^2: of the constraint, or what it may be at first
   double tolerance_m;  ///< of the constraint
   bool was_pressed, is_met, is_known, is_deep, has_rested, is_ahead;
+  bool is_single;  ///< it has one point
   bool is_askew;   ///< it carries on some of its points only
   bool is_driven;  ///< by a kinematic body
-  bool is_point;   ///< not an edge, nor a face
 };
 /// `number`: by slot, -1: does not yield.
 ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
@@ -51,7 +51,6 @@ struct IslandFacts {
   int contacts = 0;
   int excess = 0;                           ///< of deep contacts over others
   int askew = -kFewAskew * kCarryPerAskew;  ///< contacts that are, over the rest
-  int points = 0;                           ///< likewise
   bool has_past = false;                    ///< it has been pressed before
   bool lies_askew = false;                  ///< a contact does
   bool is_driven = false, is_free = false;  ///< a body of it is
@@ -59,11 +58,11 @@ struct IslandFacts {
   Past past = Past::none;
   double way = 0;           ///< m, in the tick, in the mean
   double acceleration = 0;  ///< m/s^2, the largest
-  Demands demands{};
+  Demands demands{}, of_points{};
   int least = 0;  ///< sub-steps
   int sub_steps = 0;
-  double preload = 0;  ///< the most there is
-  std::size_t batch = 0;
+  double preload = 0;                 ///< the most there is
+  std::size_t batch = 0, number = 0;  ///< of those that are stepped
 
   void add(const BodyMotion& motion) {
     way += motion.way;
@@ -77,7 +76,6 @@ struct IslandFacts {
     lies_askew |= look.is_askew;
     is_driven |= look.is_driven;
     askew += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
-    points += look.was_pressed ? (look.is_point ? 1 : -1) : 0;
     excess += look.is_deep ? 3 : -1;
   }
 };

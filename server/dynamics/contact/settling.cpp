@@ -108,10 +108,10 @@ void Settling::find(const ContactTick& tick, const BodyArrays& bodies,
   }
   if (std::ranges::find(rests_, 1) == rests_.end()) return;
   start_loads(tick, bodies, groups);
-  for (const ContactConstraint* of : constraints) {
-    const ContactConstraint& c = *of;
-    const std::size_t island = groups.of(c);
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    const std::size_t island = groups.islands.of_constraint(k);
     if (rests_[island] == 0) continue;
+    const ContactConstraint& c = *constraints[k];
     const double give = groups.give[island];
     const bool is_driven = !is_still(bodies, index(c.a)) || !is_still(bodies, index(c.b));
     if (is_driven || !may_rest(c, give)) rests_[island] = 0;

@@ -13,13 +13,13 @@
 
 #include "server/dynamics/contact/contact_constraint.h"
 #include "server/dynamics/contact/contact_solver.h"
-#include "server/dynamics/contact/islands.h"
+#include "server/dynamics/contact/tick_islands.h"
 
 namespace cradle {
 
 /// The bodies of a tick by group.
 struct Grouping {
-  const Islands& islands;
+  const TickIslands& islands;
   std::span<const std::int32_t> number;  ///< by slot: which of `tick.moving`, or -1
   /// s^2, by group: a contact without preload sinks in by so much of the acceleration that its load
   /// would give it.
@@ -30,10 +30,6 @@ struct Grouping {
   bool has(std::size_t island) const { return which.empty() || which[island] != 0; }
   std::size_t count() const { return islands.count(); }
   std::size_t of(std::size_t moving) const { return islands.of(static_cast<std::int32_t>(moving)); }
-  std::size_t of(const ContactConstraint& c) const {
-    const std::int32_t a = number[static_cast<std::size_t>(c.a)];
-    return islands.of(a >= 0 ? a : number[static_cast<std::size_t>(c.b)]);
-  }
 };
 
 class Settling {

@@ -9,9 +9,7 @@
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "server/collision/index.h"
@@ -116,9 +114,6 @@ class SoftStep final : public SoftSolver {
       }
       facts_[island] = facts;
     });
-    is_heap_.resize(facts_.size());
-    std::ranges::transform(facts_, is_heap_.begin(),
-                           [](const IslandFacts& facts) { return std::uint8_t{facts.askew > 0}; });
   }
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
@@ -180,6 +175,16 @@ class SoftStep final : public SoftSolver {
     }
   }
 
+  /// Of its two bodies: contacts of the same two are neighbours.
+  bool is_only_one(std::size_t k) const {
+    const auto is_as = [this](const ColouredPair& one, std::size_t other) {
+      const ColouredPair& pair = islands_->bodies_of_constraint(other);
+      return pair.a == one.a && pair.b == one.b;
+    };
+    const ColouredPair pair = islands_->bodies_of_constraint(k);
+    return (k == 0 || !is_as(pair, k - 1)) && (k + 1 == looks_.size() || !is_as(pair, k + 1));
+  }
+
   /// How many contacts of each island ask for each number of sub-steps. Of an island without a past
   /// loads are not known yet: then as if all its bodies lay on one of them.
   void count_demands(const ContactTick& tick) {
@@ -205,6 +210,7 @@ class SoftStep final : public SoftSolver {
       for (std::size_t k = begin; k < end; ++k) {
         if (choices_[k] == kNoChoice) continue;
         ++facts.demands[choices_[k]];
+        if (looks_[k].is_single && is_only_one(k)) ++facts.of_points[choices_[k]];
         // What somebody asked for this very contact is not excused.
         if (looks_[k].tolerance_m > 0) {
           facts.least = std::max(facts.least, kSubSteps[choices_[k]]);
@@ -216,8 +222,10 @@ class SoftStep final : public SoftSolver {
   void choose_sub_steps(const ContactTick& tick, std::span<ContactConstraint* const> constraints) {
     if (tick.sub_steps == 0) {
       count_demands(tick);
-      for (IslandFacts& facts : facts_) {
-        const Answer answer = answer_to(facts.demands, facts.least, facts.points > 0);
+      for (std::size_t i = 0; i < facts_.size(); ++i) {
+        if (!is_stepped(i)) continue;
+        IslandFacts& facts = facts_[i];
+        const Answer answer = answer_to(facts.demands, facts.of_points, facts.least);
         facts.sub_steps = answer.sub_steps;
         facts.preload = answer.preload;
       }
@@ -257,9 +265,14 @@ class SoftStep final : public SoftSolver {
     for (const int n : choices) {
       for (const Past past : kPasts) batches_.push_back({n, past, 0, 0, 0, 0, 0});
     }
+    sizes_.clear();
+    is_heap_.clear();
     for (std::size_t i = 0; i < facts_.size(); ++i) {
       if (!is_stepped(i)) continue;
       IslandFacts& facts = facts_[i];
+      facts.number = sizes_.size();
+      sizes_.push_back(size(i));
+      is_heap_.push_back(facts.askew > 0 ? 1 : 0);
       const auto choice = std::ranges::lower_bound(choices, facts.sub_steps) - choices.begin();
       facts.batch = number(static_cast<std::size_t>(choice), facts.past);
       Batch& batch = batches_[facts.batch];
@@ -267,10 +280,8 @@ class SoftStep final : public SoftSolver {
       batch.moving_end += static_cast<std::size_t>(size(i));
       batch.chosen_end += static_cast<std::size_t>(facts.contacts);
     }
-    report_.islands = 0;
     std::size_t moving = 0, chosen = 0;
     for (Batch& batch : batches_) {  // until now `_end` has a number, from here on the next place
-      report_.islands += batch.islands;
       batch.moving = std::exchange(batch.moving_end, moving);
       moving += batch.moving;
       batch.moving = batch.moving_end;
@@ -278,6 +289,7 @@ class SoftStep final : public SoftSolver {
       chosen += batch.chosen;
       batch.chosen = batch.chosen_end;
     }
+    report_.islands = static_cast<int>(sizes_.size());
     moving_.resize(moving);
     island_of_moving_.resize(moving);
     resting_.resize(moving);
@@ -293,7 +305,7 @@ class SoftStep final : public SoftSolver {
       std::size_t at = batches_[facts.batch].moving_end;
       for (std::size_t k = begin; k < end; ++k, ++at) {
         moving_[at] = tick.moving[k];
-        island_of_moving_[at] = static_cast<std::int32_t>(island);
+        island_of_moving_[at] = static_cast<std::int32_t>(facts.number);
         resting_[at] = may_rest && motions_[k].is_slow ? 1 : 0;
       }
       batches_[facts.batch].moving_end = at;
@@ -318,13 +330,13 @@ class SoftStep final : public SoftSolver {
   /// falling heap has several, side by side.
   void step_batches(ContactTick tick, const BodyArrays& arrays,
                     std::span<const Matrix> inverse_inertia_W) {
-    tick.islands_count = islands_->count();
+    tick.islands_count = sizes_.size();
     tick.heaps = is_heap_;
     const auto step = [&](BatchStep& by, std::size_t k, Executor& executor) {
       ContactTick own = tick;
       own.executor = &executor;
-      results_[k] = by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W,
-                               islands_->sizes(), has_rested_);
+      results_[k] =
+          by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W, sizes_, has_rested_);
     };
     results_.resize(batches_.size());
     small_.clear();
@@ -399,8 +411,11 @@ class SoftStep final : public SoftSolver {
   std::vector<std::uint8_t> choices_;  // of kSubSteps
   // By island:
   std::vector<IslandFacts> facts_;
-  std::vector<std::uint8_t> is_heap_, is_calm_;
+  std::vector<std::uint8_t> is_calm_;
   std::vector<double> gives_;  // s^2
+  // By number of those that are stepped:
+  std::vector<int> sizes_;  // bodies
+  std::vector<std::uint8_t> is_heap_;
   // By batch:
   std::vector<Batch> batches_;
   std::vector<BatchResult> results_;

@@ -68,8 +68,8 @@ class IslandStep : public ContactSolver {
   IslandSolver solver_;
   std::unique_ptr<SoftSolver> soft_;
   std::vector<Fate> fates_;             // by island
+  std::vector<std::uint8_t> are_soft_;  // likewise
   std::vector<BodyLine> ways_, ends_;   // by number: velocities that move places; at the end
-  std::vector<std::uint8_t> are_soft_;  // likewise by island
   std::span<ContactConstraint* const> all_;
   std::vector<std::int32_t> moving_;  // of those that are solved
   std::vector<ContactConstraint*> chosen_;

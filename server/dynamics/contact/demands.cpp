@@ -15,8 +15,8 @@ constexpr int kContactsPerExcused = 500;
 /// more contacts preloaded, towers would rock ("Newton's method takes over from soft steps").
 constexpr int kContactsPerPreloaded = 8;
 /// Where bodies lie on each other by many single points they are no towers: of the points beyond so
-/// many, one in so many more may be preloaded. As T5 of the benchmark comes to rest it takes 6.7
-/// sub-steps for 9.4 ("of many single points one in three may be preloaded").
+/// many, one in so many more may be preloaded, until they are nearly at rest. As T5 of the
+/// benchmark slows down it takes 7.0 sub-steps for 9.3 ("of many single points that move").
 constexpr int kPoints = 500, kPointsPerPreloaded = 4;
 constexpr double kMostSaved = 3;
 constexpr double kWorthIt = 0.75;

@@ -5,10 +5,10 @@
 /// (softness.h). For s <= tolerance it asks for  n = dt / (2 pi c) sqrt(a / tolerance)  sub-steps.
 /// Two contacts in a thousand of an island are not asked, and one in eight may carry a part of its
 /// load at once instead, so that the rest sinks in by the tolerance (`preload`):
-/// s = (1 - preload) a / omega^2; of many single points one in three. On terrain with 3000 bodies
-/// the most loaded contacts ask for 24 to 32 where 8 to 12 do for the others. Source: measured sag,
-/// within 1 % of the law for stacks and heavy bodies on light ones; the numbers are rounded up to a
-/// few, so that lanes are filled.
+/// s = (1 - preload) a / omega^2; of many single points, while they move, one in three. On terrain
+/// with 3000 bodies the most loaded contacts ask for 24 to 32 where 8 to 12 do for the others.
+/// Source: measured sag, within 1 % of the law for stacks and heavy bodies on light ones; the
+/// numbers are rounded up to a few, so that lanes are filled.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +47,8 @@ struct Answer {
   double preload;  ///< of a contact, at most
 };
 
-/// `of_points`: those of them that are the only point of their bodies. `least`: sub-steps that
+/// `of_points`: those of them that are the only point of their bodies, in an island that moves.
+/// `least`: sub-steps that
 /// nobody is excused from.
 Answer answer_to(const Demands& demands, const Demands& of_points, int least);
 

@@ -54,7 +54,7 @@ struct IslandFacts {
   bool has_past = false;                    ///< it has been pressed before
   bool lies_askew = false;                  ///< a contact does
   bool is_driven = false, is_free = false;  ///< a body of it is
-  bool is_slow = false;
+  bool is_slow = false, moves = false;      ///< its bodies, in the mean
   Past past = Past::none;
   double way = 0;           ///< m, in the tick, in the mean
   double acceleration = 0;  ///< m/s^2, the largest

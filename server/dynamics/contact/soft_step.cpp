@@ -244,8 +244,8 @@ class SoftStep final : public SoftSolver {
     }
     gives_.resize(facts_.size());
     for (std::size_t i = 0; i < facts_.size(); ++i) {
-      gives_[i] = give_of(facts_[i].sub_steps, tick.dt);
       if (!is_stepped(i)) continue;
+      gives_[i] = give_of(facts_[i].sub_steps, tick.dt);
       report_.sub_steps_max = std::max(report_.sub_steps_max, facts_[i].sub_steps);
     }
   }

@@ -16,7 +16,7 @@
 namespace cradle {
 namespace {
 
-const SubStep kStep{1.0 / 240, 240, 0.3, 4, softness_of(1.0 / 240)};
+const SubStep kStep{1.0 / 240, 240, 0.3, 4, softness_of(1.0 / 240, 1.0 / 240)};
 
 /// Balls, bricks, capsules and rods that fall on each other, on the ground and on a platform that
 /// moves.
@@ -146,7 +146,7 @@ void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const 
     }
     look_at(*c);
   }
-  blocks.pack(serial_executor, contact_kernels_of(0), all, bodies, kStep.h);
+  blocks.pack(serial_executor, contact_kernels_of(0), all, bodies, kStep.h, give_of(1, kStep.h));
 }
 
 void unpack(ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
@@ -259,7 +259,7 @@ TEST_CASE("points that carry together are solved at once") {
     ContactConstraint& c = tangle.constraints[0];
     for (PointImpulse& own : c.impulses) own.lambda = 5 * (own.lambda + 0.1);
     Eigen::MatrixXd K(points, points);
-    const Softness soft = softness_of(kStep.h);
+    const Softness soft = softness_of(kStep.h, kStep.h);
     Eigen::VectorXd rest(points), old(points);
     for (int i = 0; i < points; ++i) {
       const ConstraintPoint& p = c.points[static_cast<std::size_t>(i)];

@@ -26,13 +26,14 @@ double sag_at_rest(std::span<ContactConstraint* const> constraints, double give)
 BatchResult BatchStep::advance(const Batch& batch, ContactTick tick, const BodyArrays& arrays,
                                std::span<const Matrix> inverse_inertia_W,
                                std::span<const int> sizes, bool has_rested) {
-  const double give = give_of(batch.sub_steps, tick.dt);
+  const double give = give_of(batch.stiff_as, tick.dt);
   BatchResult result;
   if (batch.past == Past::rests) {
     result.sag_m = sag_at_rest(batch.constraints, give);
     return result;
   }
   tick.sub_steps = batch.sub_steps;
+  tick.stiff_as = batch.stiff_as;
   tick.moving = batch.moving;
   tick.islands = batch.islands;
   tick.resting = batch.resting;

@@ -26,7 +26,7 @@ struct BatchResult {
 class BatchStep {
  public:
   struct Batch {
-    int sub_steps;
+    int sub_steps, stiff_as;  ///< as ContactTick has them
     Past past;
     // Of its bodies, which are sorted by domain:
     std::span<std::int32_t> moving, islands;  ///< slots; by number, of those in the tick

@@ -89,7 +89,7 @@ void ContactBlocks::expect_results(const ContactBlock& block, int points) {
 
 /// Block by block, not constraint by constraint: these are smaller, and less is written elsewhere.
 void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
-                         const BodyLines& bodies, double h) {
+                         const BodyLines& bodies, double h, double give) {
   const std::int32_t waste = bodies.waste(run.task);
   const std::span<const std::int32_t> sources = plan_.lanes(number_of(block));
   if (std::ranges::find(sources, -1) != sources.end()) clear(block, bodies.nobody(), waste);
@@ -111,8 +111,8 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
       std::ranges::fill(std::span(rest_loads[0], std::size(rest_loads) * kBlockLanes), 0);
     for (int i = 0; i < run.points; ++i) rest_loads[i][lane] = c.rests[index(i)].load;
   }
-  kernels.gather(part_of(run, &block, 1), {bodies.responses(), h, give_of(1, h), kPreloadExcess,
-                                           has_rested ? rest_loads : nullptr});
+  kernels.gather(part_of(run, &block, 1),
+                 {bodies.responses(), h, give, kPreloadExcess, has_rested ? rest_loads : nullptr});
 }
 
 void ContactBlocks::note_places(const BodyLines& bodies) {

@@ -27,26 +27,27 @@ inline BlockRun part_of(const BlockRun& run, ContactBlock* blocks, std::int32_t 
 class ContactBlocks {
  public:
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
-  /// another. `h`: the sub-step, s. Calls `filled(run)` for each block alone, side by side, while
-  /// it is at hand.
+  /// another. `h`: the sub-step, s; `give`: s^2, see softness.h. Calls `filled(run)` for each
+  /// block alone, side by side, while it is at hand.
   template <class F>
   void pack(Executor& executor, const ContactKernels& kernels,
             std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h,
-            const F& filled) {
+            double give, const F& filled) {
     plan_.make(executor, constraints, bodies);
     make_runs();
     in_any_order(executor, [&](const BlockRun& run) {
       for (ContactBlock& block : blocks_of(run)) {
         if (&block + 1 < run.blocks + run.count) expect(number_of(block) + 1, run.points);
-        fill(block, run, kernels, bodies, h);
+        fill(block, run, kernels, bodies, h, give);
         filled(part_of(run, &block, 1));
       }
     });
     note_places(bodies);
   }
   void pack(Executor& executor, const ContactKernels& kernels,
-            std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h) {
-    pack(executor, kernels, constraints, bodies, h, [](const BlockRun&) {});
+            std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h,
+            double give) {
+    pack(executor, kernels, constraints, bodies, h, give, [](const BlockRun&) {});
   }
   /// Arms of contacts with kinematic bodies that spin: to where the contacts are by now.
   void follow_driven(const BodyLines& bodies);
@@ -141,7 +142,7 @@ class ContactBlocks {
   void expect(std::size_t block, int points) const;
   static void expect_results(const ContactBlock& block, int points);
   void fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
-            const BodyLines& bodies, double h);
+            const BodyLines& bodies, double h, double give);
   void note_places(const BodyLines& bodies);
   void note_driven(std::size_t block, int lane, const ContactConstraint& c,
                    const BodyLines& bodies);

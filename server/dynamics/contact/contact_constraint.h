@@ -30,10 +30,10 @@ struct Sway {
 struct Poise {
   enum Method : std::int32_t { none, soft, newton };
   Method method = none;
-  std::int32_t cool = 0;       ///< ticks until the next attempt
-  std::int32_t free = 0;       ///< ticks in which nobody ends its sway
-  std::int32_t fails = 0;      ///< attempts in vain since it last moved fast
-  std::int32_t sub_steps = 1;  ///< of the soft step, when it was last moved by that
+  std::int32_t cool = 0;      ///< ticks until the next attempt
+  std::int32_t free = 0;      ///< ticks in which nobody ends its sway
+  std::int32_t fails = 0;     ///< attempts in vain since it last moved fast
+  std::int32_t stiff_as = 1;  ///< as ContactTick has it, when it was last moved by soft steps
   /// 1: some contact of it rests elsewhere than it touches (PointRest).
   std::int32_t has_rested = 0;
 };

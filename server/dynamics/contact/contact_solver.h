@@ -36,6 +36,7 @@ struct ContactTick {
   std::size_t domains_count = 1;
   /// Where in `moving` its bodies are, by ascending slots. Empty: it ascends.
   std::span<const std::int32_t> places = {};
+  int stiff_as = 0;  ///< of a batch of soft steps: its contacts are as stiff as with so many
   std::span<const std::int32_t> stirred = {};  ///< slots of bodies whose loads have just changed
   Executor* executor = &serial_executor;       ///< where work goes that may be done side by side
 };
@@ -47,7 +48,7 @@ struct SubStepChoice {
   int bodies = 0;    ///< in them, that move
   double sag_m = 0;  ///< expected of their most loaded contact, of loads that last
 };
-inline constexpr std::size_t kSubStepChoices = 17;
+inline constexpr std::size_t kSubStepChoices = 36;
 
 /// What the solver chose, and what that is worth.
 struct ContactReport {

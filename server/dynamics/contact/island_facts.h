@@ -60,7 +60,7 @@ struct IslandFacts {
   double acceleration = 0;  ///< m/s^2, the largest
   Demands demands{}, of_points{};
   int least = 0;  ///< sub-steps
-  int sub_steps = 0;
+  int stiff_as = 0, sub_steps = 0;
   double preload = 0;                 ///< the most there is
   std::size_t batch = 0, number = 0;  ///< of those that are stepped
 

@@ -163,7 +163,7 @@ void SingleContact::scale_struck(std::span<const double> shares) {
 
 void SingleContact::solve(const SubStep& step) {
   for (const ConstraintPoint& p : c_.used()) c_.impulse(p).s = separation(p);
-  const Softness soft = softness_of(step.h);
+  const Softness& soft = step.soft;
   sweep([&](const ConstraintPoint& p) {
     const double s = c_.impulse(p).s, K = c_.K_normal(p);
     const double decay = soft.impulse_scale * c_.impulse(p).lambda;

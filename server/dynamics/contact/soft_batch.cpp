@@ -3,8 +3,9 @@
 // Sources: Catto (2024), "Solver2D" (soft step: one biased and one relaxing Gauss-Seidel sweep a
 // sub-step, warm started); Macklin et al. (2019), "Small Steps in Physics Simulation" (sub-steps
 // beat iterations).
-// Where we differ: the contact frequency is tied to the sub-step (0.177 / h instead of a fixed
-// cap), so that the sag under a load F, delta = F / (m omega^2), falls as h^2; the push-out limit
+// Where we differ: the contact frequency is tied to the sub-step that the sag asks for, h_c (0.177
+// / h_c instead of a fixed cap), so that the sag under a load F, delta = F / (m omega^2), falls as
+// h_c^2; a large heap that moves takes longer sub-steps than that (demands.h); the push-out limit
 // bounds the excess over the carried load, not the load; positions move with the mean velocity of a
 // sub-step, so that smooth motion (flight, sliding) is second order. Not those of bodies that rest
 // on each other: what sways with omega grows by omega^2 h / 4 a second by that (a wall of 465 cubes
@@ -76,8 +77,8 @@ void press(ContactConstraint& c, double give, double& sag) {
   }
 }
 
-SubStep sub_step_of(double h) {
-  return {h, 1 / h, kSoftTolerances.push_speed, kSoftTolerances.push_rate, softness_of(h)};
+SubStep sub_step_of(double h, double h_c) {
+  return {h, 1 / h, kSoftTolerances.push_speed, kSoftTolerances.push_rate, softness_of(h, h_c)};
 }
 
 }  // namespace
@@ -89,7 +90,9 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
                         std::span<ContactConstraint* const> constraints, Past past) {
   kernels_ = &contact_kernels_of(tick.lanes);
   executor_ = tick.executor;
-  step_ = sub_step_of(tick.dt / tick.sub_steps);
+  const double h_c = tick.dt / tick.stiff_as;
+  give_ = give_of(1, h_c);
+  step_ = sub_step_of(tick.dt / tick.sub_steps, h_c);
   bodies_.begin(tick, arrays, inverse_inertia_W);
   sort(constraints);
   balance_ = {};
@@ -110,18 +113,19 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
   }
   paid_J_ = impacts_.is_empty() ? 0 : bodies_.pay_debts();
   if (tick.is_balanced) bodies_.end_balance(balance_, tick.dt);
-  take_results(give_of(tick.sub_steps, tick.dt));
+  take_results();
   bodies_.finish();
   for (TurningContact& turning : turning_) turning.finish(step_.h);
 }
 
 /// And how well they do.
-void SoftBatch::take_results(double give) {
+void SoftBatch::take_results() {
   tallies_.assign(blocks_.parts(), {});
   const auto judge = [this](std::size_t part, const BlockRun& run) {
     kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
   };
-  sag_m_ = blocks_.unpack(*executor_, *kernels_, {step_.h, kPressGrowth, kPressDecay, give}, judge);
+  sag_m_ =
+      blocks_.unpack(*executor_, *kernels_, {step_.h, kPressGrowth, kPressDecay, give_}, judge);
   residual_ = {};
   for (const ContactTally& tally : tallies_) residual_.add(tally);
   for (ContactConstraint* c : singles_) {
@@ -130,15 +134,16 @@ void SoftBatch::take_results(double give) {
       p.force = c->impulse(p).lambda / step_.h;
       p.force_t = c->impulse(p).lambda_t / step_.h;
     }
-    press(*c, give, sag_m_);
+    press(*c, give_, sag_m_);
   }
 }
 
 /// Into blocks; single contacts, and those with restitution.
 void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h, [this](const BlockRun& run) {
+  const auto prepare = [this](const BlockRun& run) {
     kernels_->prepare(run, step_.soft, bodies_.velocities());
-  });
+  };
+  blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h, give_, prepare);
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
     expect_next(constraints, k);

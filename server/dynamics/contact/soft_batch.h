@@ -26,7 +26,7 @@ inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past
 /// Owns no bodies; keeps its memory from batch to batch.
 class SoftBatch {
  public:
-  /// As ContactSolver::advance; `tick.sub_steps` holds.
+  /// As ContactSolver::advance; `tick.sub_steps` and `tick.stiff_as` hold.
   void advance(const ContactTick& tick, const BodyArrays& arrays,
                std::span<const Matrix> inverse_inertia_W,
                std::span<ContactConstraint* const> constraints, Past past);
@@ -47,11 +47,12 @@ class SoftBatch {
   void solve();
   void relax();
   void add_work();
-  void take_results(double give);
+  void take_results();
 
   const ContactKernels* kernels_ = nullptr;
   Executor* executor_ = nullptr;
   SubStep step_{};
+  double give_ = 0;  // s^2: softness.h
   BodyLines bodies_;
   ContactBlocks blocks_;
   std::vector<std::uint8_t> is_special_;  // by constraint: single, or bounces

@@ -3,12 +3,14 @@
 //
 // Loads are those of the tick before, as far as they last: see `press_after` (soft_batch.cpp). In
 // an island that moves, nobody sees what contacts sink in if it is less than the way of its bodies
-// in the tick: that much is allowed there, too. Islands with equal numbers go through the tick side
-// by side, apart from those that relax by more than one sweep, because what they carry is not known
-// (find_pasts), and those that rest (settling.h).
+// in the tick: that much is allowed there, too, and where there are many of them they take fewer
+// sub-steps than their contacts are as stiff as. Islands with equal numbers go through the tick
+// side by side, apart from those that relax by more than one sweep, because what they carry is not
+// known (find_pasts), and those that rest (settling.h).
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -230,22 +232,25 @@ class SoftStep final : public SoftSolver {
         if (!is_stepped(i)) continue;
         IslandFacts& facts = facts_[i];
         const Answer answer = answer_to(facts.demands, facts.of_points, facts.least);
-        facts.sub_steps = answer.sub_steps;
+        const bool is_heap = facts.contacts > kLargeHeap && facts.past == Past::lasts;
+        facts.stiff_as = answer.stiff_as;
+        facts.sub_steps =
+            facts.moves && is_heap ? sub_steps_in_motion(facts.stiff_as) : facts.stiff_as;
         facts.preload = answer.preload;
       }
       for_each_index(*tick.executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
         const IslandFacts& facts = facts_[islands_->of_constraint(k)];
-        if (asked_[k] <= facts.sub_steps || looks_[k].is_ahead) return;
-        const double share = facts.sub_steps / asked_[k];
+        if (asked_[k] <= facts.stiff_as || looks_[k].is_ahead) return;
+        const double share = facts.stiff_as / asked_[k];
         constraints[k]->preload = std::min(1 - share * share, facts.preload);  // of few
       });
     } else {
-      for (IslandFacts& facts : facts_) facts.sub_steps = tick.sub_steps;
+      for (IslandFacts& facts : facts_) facts.stiff_as = facts.sub_steps = tick.sub_steps;
     }
     gives_.resize(facts_.size());
     for (std::size_t i = 0; i < facts_.size(); ++i) {
       if (!is_stepped(i)) continue;
-      gives_[i] = give_of(facts_[i].sub_steps, tick.dt);
+      gives_[i] = give_of(facts_[i].stiff_as, tick.dt);
       report_.sub_steps_max = std::max(report_.sub_steps_max, facts_[i].sub_steps);
     }
   }
@@ -253,13 +258,17 @@ class SoftStep final : public SoftSolver {
   /// Islands that go through the tick side by side, and where their bodies and constraints are in
   /// the lists that are sorted by batches.
   struct Batch {
-    int sub_steps;
+    int sub_steps, stiff_as;
     Past past;
     int islands;
     std::size_t moving, moving_end, chosen, chosen_end;
   };
-  static std::size_t number(std::size_t choice, Past past) {
-    return choice * kPasts.size() + static_cast<std::size_t>(past);
+  /// By choice: one of each past, and one of large heaps that move.
+  static constexpr std::size_t kBatches = kPasts.size() + 1;
+  static std::size_t number(std::size_t choice, const IslandFacts& facts) {
+    const bool is_in_motion = facts.sub_steps < facts.stiff_as;
+    return choice * kBatches +
+           (is_in_motion ? kPasts.size() : static_cast<std::size_t>(facts.past));
   }
 
   void list_batches(const ContactTick& tick) {
@@ -267,7 +276,8 @@ class SoftStep final : public SoftSolver {
         tick.sub_steps > 0 ? std::span(&tick.sub_steps, 1) : std::span<const int>(kSubSteps);
     batches_.clear();
     for (const int n : choices) {
-      for (const Past past : kPasts) batches_.push_back({n, past, 0, 0, 0, 0, 0});
+      for (const Past past : kPasts) batches_.push_back({n, n, past, 0, 0, 0, 0, 0});
+      batches_.push_back({sub_steps_in_motion(n), n, Past::lasts, 0, 0, 0, 0, 0});
     }
     sizes_.clear();
     is_heap_.clear();
@@ -277,8 +287,8 @@ class SoftStep final : public SoftSolver {
       facts.number = sizes_.size();
       sizes_.push_back(size(i));
       is_heap_.push_back(facts.askew > 0 ? 1 : 0);
-      const auto choice = std::ranges::lower_bound(choices, facts.sub_steps) - choices.begin();
-      facts.batch = number(static_cast<std::size_t>(choice), facts.past);
+      const auto choice = std::ranges::lower_bound(choices, facts.stiff_as) - choices.begin();
+      facts.batch = number(static_cast<std::size_t>(choice), facts);
       Batch& batch = batches_[facts.batch];
       ++batch.islands;
       batch.moving_end += static_cast<std::size_t>(size(i));
@@ -318,7 +328,7 @@ class SoftStep final : public SoftSolver {
       for_each_index(*tick.executor, motions_.size(), kSoftChunk, [&](std::size_t k) {
         const std::size_t island = island_of_body(k);
         if (!is_stepped(island)) return;
-        arrays.poise[index(tick.moving[k])].sub_steps = facts_[island].sub_steps;
+        arrays.poise[index(tick.moving[k])].stiff_as = facts_[island].stiff_as;
       });
     }
     for_contacts([&](std::size_t island, std::size_t begin, std::size_t end) {
@@ -369,6 +379,7 @@ class SoftStep final : public SoftSolver {
       return std::span(all).subspan(begin, end - begin);
     };
     return {batch.sub_steps,
+            batch.stiff_as,
             batch.past,
             part(moving_, batch.moving, batch.moving_end),
             part(island_of_moving_, batch.moving, batch.moving_end),
@@ -391,12 +402,15 @@ class SoftStep final : public SoftSolver {
     report_.body_sub_steps += std::int64_t{batch.sub_steps} * bodies;
   }
 
+  /// In the report, where they ascend.
   SubStepChoice& choice_of(int n) {
-    const std::size_t used = report_.choices_used;
-    if (used > 0 && report_.choices[used - 1].sub_steps == n) return report_.choices[used - 1];
-    SubStepChoice& choice = report_.choices[report_.choices_used++];
-    choice = {n, 0, 0, 0};
-    return choice;
+    const auto begin = report_.choices.begin(), end = begin + report_.choices_used;
+    const auto place = std::ranges::lower_bound(begin, end, n, {}, &SubStepChoice::sub_steps);
+    if (place != end && place->sub_steps == n) return *place;
+    assert(report_.choices_used < kSubStepChoices);
+    ++report_.choices_used;
+    std::move_backward(place, end, end + 1);
+    return *place = {n, 0, 0, 0};
   }
 
   static constexpr std::uint8_t kNoChoice = 255;

@@ -16,13 +16,13 @@ constexpr SoftnessTolerances kSoftnessTolerances;
 
 double contact_angle() { return 2 * std::numbers::pi * kSoftnessTolerances.frequency; }
 
-double give_of(int sub_steps, double dt) {
-  const double h = dt / (sub_steps * contact_angle());
-  return h * h;
+double give_of(int stiff_as, double dt) {
+  const double h_c = dt / (stiff_as * contact_angle());
+  return h_c * h_c;
 }
 
-Softness softness_of(double h) {
-  const double omega = contact_angle() / h;
+Softness softness_of(double h, double h_c) {
+  const double omega = contact_angle() / h_c;
   const double a1 = 2 * kSoftnessTolerances.damping_ratio + h * omega;
   const double a2 = h * omega * a1;
   return {a2 / (1 + a2), 1 / (1 + a2), omega / a1};

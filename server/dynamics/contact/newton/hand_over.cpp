@@ -113,7 +113,7 @@ void HandOver::look_at_bodies(Executor& executor) {
       facts.cool = std::max(facts.cool, poise.cool);
       facts.free = std::max(facts.free, poise.free);
       facts.fails = std::max(facts.fails, poise.fails);
-      facts.sub_steps = std::max(facts.sub_steps, poise.sub_steps);
+      facts.stiff_as = std::max(facts.stiff_as, poise.stiff_as);
     }
     facts_[island] = facts;
   });
@@ -137,7 +137,7 @@ void HandOver::look_at_contact(ContactConstraint& c, Facts& facts) {
   facts.nearest_m = std::min(facts.nearest_m, nearest_m);
   look_at_rest(c);
   if (has_rest(c)) mark(c, has_rested_);
-  const double give = give_of(facts.sub_steps, dt_);
+  const double give = give_of(facts.stiff_as, dt_);
   if (c.carrying > 0 || nearest_m <= kHandOverTolerances.touch_m) mark(c, carries_);
   for (const ConstraintPoint& p : c.used()) {
     const double sag = give * c.load(p);
@@ -286,7 +286,7 @@ void HandOver::end(Executor& executor) {
   for_each_index(executor, moving_.size(), kBodies, [this](std::size_t k) {
     const Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
     Poise& poise = poises_[index(moving_[k])];
-    poise = {facts.method, facts.cool, facts.free, facts.fails, poise.sub_steps, has_rested_[k]};
+    poise = {facts.method, facts.cool, facts.free, facts.fails, poise.stiff_as, has_rested_[k]};
   });
 }
 

@@ -44,7 +44,7 @@ class HandOver {
     double nearest_m = 0;
     bool is_new = false, was_soft = false, is_barred = false, is_deep = false;
     bool may_have_rested = false;  // a body of it
-    std::int32_t sub_steps = 1;
+    std::int32_t stiff_as = 1;
     std::int32_t cool = 0, free = 0, fails = 0;
     Choice choice = Choice::soft;
     Poise::Method method = Poise::soft;

@@ -180,9 +180,8 @@ std::string describe_sub_steps(const Explanation& explanation, const WorldSettin
   } else {
     add("each group of bodies in contact takes the sub-steps that keep its sag below %g mm, or "
         "what\n"
-        "a body says, or what they move in a tick: up to %d in this run; large ones that move "
-        "take\n"
-        "three in five of them, with contacts as stiff;\n",
+        "a body says, or what they move in a tick; a large one in turmoil three in five of these:\n"
+        "up to %d in this run;\n",
         1e3 * settings.contact_tolerance_m, explanation.sub_steps_most());
   }
   add("sag: how far the most loaded contact is expected to sink in. The deepest overlap of any "

@@ -160,7 +160,7 @@ void write_accuracy(Page& page, const Readings& r) {
   page.sample({{"of", "max"}}, step.penetration_max_m);
   page.sample({{"of", "mean"}}, step.penetration_mean_m);
   page.gauge("cradle_sag_expected_meters",
-             "How far contacts sink in by the loads that last, at the sub-steps they have.",
+             "How far contacts sink in by the loads that last, as stiff as they are.",
              step.sag_expected_m);
   page.gauge("cradle_sub_steps_max", "Most sub-steps that a group of bodies in contact took.",
              step.sub_steps_max);

@@ -65,7 +65,7 @@ struct ContactReport {
   int islands_by_newton = 0;   ///< likewise: with iterations
   int islands_taken_over = 0;  ///< of both: from the soft step, in this tick
   double paid_J = 0;           ///< by what bounces, for overlaps that were pushed out
-  double sag_max_m = 0;        ///< expected of loads that last, at these sub-steps
+  double sag_max_m = 0;        ///< expected of loads that last, as stiff as contacts are
   std::array<SubStepChoice, kSubStepChoices> choices;  ///< the first `choices_used`
   std::size_t choices_used = 0;
   ContactResidual residual;  ///< after the last sub-step

@@ -16,17 +16,17 @@ constexpr int kContactsPerExcused = 500;
 constexpr int kContactsPerPreloaded = 8;
 /// Where bodies lie on each other by many single points they are no towers: of the points beyond
 /// those of a large heap, one in so many more may be preloaded, until they are nearly at rest. As
-/// T5 of the benchmark slows down it takes 7.0 sub-steps for 9.3 ("of many single points that
-/// move").
+/// T5 of the benchmark slows down it asks for 7.0 sub-steps instead of 9.3 ("of many single points
+/// that move").
 constexpr int kPointsPerPreloaded = 4;
 constexpr double kMostSaved = 3;
 constexpr double kWorthIt = 0.75;
 
-/// Of all sub-steps, what a large heap takes that moves ("a large heap that moves"). In the mean of
-/// eight runs T2 of the benchmark then sinks in by 1.04 mm instead of 1.06, and overlaps by 0.147 m
-/// at most instead of 0.145; with half of them by 1.25 mm and 0.162 m. At rest stacks would rock on
-/// their corners (softness.cpp).
-constexpr int kInMotion = 3, kOfAll = 5;
+/// Of all sub-steps, what a large heap takes in turmoil. In the mean of eight runs T2 of the
+/// benchmark then sinks in by 1.04 mm instead of 1.06, and overlaps by 0.147 m at most instead of
+/// 0.145; with half of them by 1.25 mm and 0.162 m. What stands would rock for good, a wall of 465
+/// cubes by 4 cm/s, and by 2 cm/s with three in four.
+constexpr int kInTurmoil = 3, kOfAll = 5;
 
 int sum(const Demands& demands) { return std::accumulate(demands.begin(), demands.end(), 0); }
 
@@ -57,6 +57,6 @@ Answer answer_to(const Demands& demands, const Demands& of_points, int least) {
   return {stiff_as, std::max(1 - share * share, 0.0)};
 }
 
-int sub_steps_in_motion(int stiff_as) { return (kInMotion * stiff_as + kOfAll - 1) / kOfAll; }
+int sub_steps_in_turmoil(int stiff_as) { return (kInTurmoil * stiff_as + kOfAll - 1) / kOfAll; }
 
 }  // namespace cradle

@@ -1,14 +1,14 @@
 /// How many sub-steps an island takes, of what its contacts ask for.
 ///
 /// A contact at rest sinks in until its spring carries its load: s = a / omega^2, with a the
-/// acceleration that the load would give to the contact's effective mass, and omega = 2 pi c / h
+/// acceleration that the load would give to the contact's effective mass, and omega = 2 pi c / h_c
 /// (softness.h). For s <= tolerance it asks for  n = dt / (2 pi c) sqrt(a / tolerance)  sub-steps.
 /// Two contacts in a thousand of an island are not asked, and one in eight may carry a part of its
 /// load at once instead, so that the rest sinks in by the tolerance (`preload`):
 /// s = (1 - preload) a / omega^2; of many single points, while they move, one in three. On terrain
 /// with 3000 bodies the most loaded contacts ask for 24 to 32 where 8 to 12 do for the others.
-/// A large heap that moves takes three in five of them, with contacts as stiff as all would make
-/// them, c up to 0.295: what sinks in is the same, and sweeps are fewer.
+/// A large heap in turmoil takes three in five of the sub-steps that its contacts are as stiff as:
+/// omega, and what sinks in by it, is the same, and sweeps are fewer.
 /// Source: measured sag, within 1 % of the law for stacks and heavy bodies on light ones; the
 /// numbers are rounded up to a few, so that lanes are filled.
 #pragma once
@@ -55,7 +55,12 @@ Answer answer_to(const Demands& demands, const Demands& of_points, int least);
 
 /// Contacts: a large heap has more, and what it does hangs on no single one of them.
 inline constexpr int kLargeHeap = 500;
-/// What a large heap that moves takes, rounded up.
-int sub_steps_in_motion(int stiff_as);
+/// It is in turmoil while the bodies of a contact go farther beside each other in a tick, in the
+/// mean, than the speed of so many ticks' fall takes them, 16 cm/s at 60 Hz. A wall that rocks is
+/// not, by 2 cm/s at most; one that has fallen by 2 cm is by half of that for a second, and would
+/// sway for half a minute after it ("a large wall that has fallen").
+inline constexpr double kTurmoilTicks = 1;
+/// What it takes then, rounded up.
+int sub_steps_in_turmoil(int stiff_as);
 
 }  // namespace cradle

@@ -32,6 +32,7 @@ ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
   ContactLook look;
   look.press = c.press > 0 ? c.press : first_press(c, arrays);
   look.tolerance_m = c.tolerance_m;
+  look.relative_way = dt * (arrays.v[index(c.b)] - arrays.v[index(c.a)]).norm();
   look.was_pressed = c.press > 0;
   look.is_met = c.is_met;
   look.is_known = c.is_known;

@@ -35,8 +35,9 @@ BodyMotion motion_of(std::size_t slot, const BodyArrays& arrays, double dt, int 
 
 /// Likewise of a constraint.
 struct ContactLook {
-  double press;        ///< m/s^2: of the constraint, or what it may be at first
-  double tolerance_m;  ///< of the constraint
+  double press;         ///< m/s^2: of the constraint, or what it may be at first
+  double tolerance_m;   ///< of the constraint
+  double relative_way;  ///< m, in the tick: of its two bodies, beside each other
   bool was_pressed, is_met, is_known, is_deep, has_rested, is_ahead;
   bool is_single;  ///< it has one point
   bool is_askew;   ///< it carries on some of its points only
@@ -49,14 +50,17 @@ ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
 /// And of an island, what there is to know of its bodies and contacts, and what was chosen.
 struct IslandFacts {
   int contacts = 0;
-  int excess = 0;                           ///< of deep contacts over others
+  int excess = 0;                           ///< of deep contacts, three times, over others
   int askew = -kFewAskew * kCarryPerAskew;  ///< contacts that are, over the rest
   bool has_past = false;                    ///< it has been pressed before
   bool lies_askew = false;                  ///< a contact does
+  bool has_rested = false;                  ///< likewise
   bool is_driven = false, is_free = false;  ///< a body of it is
   bool is_slow = false, moves = false;      ///< its bodies, in the mean
+  bool is_in_turmoil = false;               ///< demands.h
   Past past = Past::none;
-  double way = 0;           ///< m, in the tick, in the mean
+  double way = 0;           ///< m, in the tick, of its bodies in the mean
+  double relative_way = 0;  ///< likewise, of its contacts; until all are added, their sum
   double acceleration = 0;  ///< m/s^2, the largest
   Demands demands{}, of_points{};
   int least = 0;  ///< sub-steps
@@ -69,14 +73,27 @@ struct IslandFacts {
     acceleration = std::max(acceleration, motion.acceleration);
     is_free |= motion.is_free;
   }
-  void add(const ContactLook& look) {
-    ++contacts;
-    has_past |= look.was_pressed;
-    if (look.is_known) past = Past::lasts;
-    lies_askew |= look.is_askew;
-    is_driven |= look.is_driven;
-    askew += (look.is_askew ? kCarryPerAskew : 0) - (look.was_pressed ? 1 : 0);
-    excess += look.is_deep ? 3 : -1;
+  /// Neighbours, in numbers first: one after the other they would wait for each other.
+  void add(std::span<const ContactLook> looks) {
+    int pressed = 0, known = 0, lying_askew = 0, driven = 0, deep = 0, rested = 0;
+    for (const ContactLook& look : looks) {
+      pressed += look.was_pressed ? 1 : 0;
+      known += look.is_known ? 1 : 0;
+      lying_askew += look.is_askew ? 1 : 0;
+      driven += look.is_driven ? 1 : 0;
+      deep += look.is_deep ? 1 : 0;
+      rested += look.has_rested ? 1 : 0;
+      relative_way += look.relative_way;
+    }
+    const int all = static_cast<int>(looks.size());
+    contacts += all;
+    has_past |= pressed > 0;
+    if (known > 0) past = Past::lasts;
+    lies_askew |= lying_askew > 0;
+    is_driven |= driven > 0;
+    has_rested |= rested > 0;
+    askew += kCarryPerAskew * lying_askew - pressed;
+    excess += 4 * deep - all;
   }
 };
 

@@ -3,8 +3,8 @@
 //
 // Loads are those of the tick before, as far as they last: see `press_after` (soft_batch.cpp). In
 // an island that moves, nobody sees what contacts sink in if it is less than the way of its bodies
-// in the tick: that much is allowed there, too, and where there are many of them they take fewer
-// sub-steps than their contacts are as stiff as. Islands with equal numbers go through the tick
+// in the tick: that much is allowed there, too, and a large heap in turmoil takes fewer sub-steps
+// than its contacts are as stiff as. Islands with equal numbers go through the tick
 // side by side, apart from those that relax by more than one sweep, because what they carry is not
 // known (find_pasts), and those that rest (settling.h).
 #include "server/dynamics/contact/soft_step.h"
@@ -110,15 +110,10 @@ class SoftStep final : public SoftSolver {
       looks_[k] = look_of(*constraints[k], arrays, islands_->numbers(), dt);
     });
     facts_.assign(islands_->count(), {});
-    has_rested_ = false;
     for_contacts([this](std::size_t island, std::size_t begin, std::size_t end) {
-      IslandFacts facts = facts_[island];
-      for (std::size_t k = begin; k < end; ++k) {
-        facts.add(looks_[k]);
-        has_rested_ |= looks_[k].has_rested;
-      }
-      facts_[island] = facts;
+      facts_[island].add(std::span(looks_).subspan(begin, end - begin));
     });
+    has_rested_ = std::ranges::any_of(facts_, &IslandFacts::has_rested);
   }
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
@@ -132,6 +127,9 @@ class SoftStep final : public SoftSolver {
       const double fall = dt * dt * facts.acceleration;
       facts.is_slow = facts.way <= kSlowTicks * fall;
       facts.moves = facts.way > kPreloadTicks * fall;
+      facts.relative_way /= std::max(facts.contacts, 1);
+      facts.is_in_turmoil =
+          facts.contacts > kLargeHeap && facts.relative_way > kTurmoilTicks * fall;
       facts.way = std::max(facts.way - kSinkTicks * fall, 0.0);
     }
   }
@@ -232,10 +230,9 @@ class SoftStep final : public SoftSolver {
         if (!is_stepped(i)) continue;
         IslandFacts& facts = facts_[i];
         const Answer answer = answer_to(facts.demands, facts.of_points, facts.least);
-        const bool is_heap = facts.contacts > kLargeHeap && facts.past == Past::lasts;
+        const bool takes_fewer = facts.is_in_turmoil && facts.past == Past::lasts;
         facts.stiff_as = answer.stiff_as;
-        facts.sub_steps =
-            facts.moves && is_heap ? sub_steps_in_motion(facts.stiff_as) : facts.stiff_as;
+        facts.sub_steps = takes_fewer ? sub_steps_in_turmoil(answer.stiff_as) : answer.stiff_as;
         facts.preload = answer.preload;
       }
       for_each_index(*tick.executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
@@ -263,12 +260,11 @@ class SoftStep final : public SoftSolver {
     int islands;
     std::size_t moving, moving_end, chosen, chosen_end;
   };
-  /// By choice: one of each past, and one of large heaps that move.
+  /// By choice: one of each past, and one of what is in turmoil.
   static constexpr std::size_t kBatches = kPasts.size() + 1;
   static std::size_t number(std::size_t choice, const IslandFacts& facts) {
-    const bool is_in_motion = facts.sub_steps < facts.stiff_as;
-    return choice * kBatches +
-           (is_in_motion ? kPasts.size() : static_cast<std::size_t>(facts.past));
+    const bool takes_fewer = facts.sub_steps < facts.stiff_as;
+    return choice * kBatches + (takes_fewer ? kPasts.size() : static_cast<std::size_t>(facts.past));
   }
 
   void list_batches(const ContactTick& tick) {
@@ -277,7 +273,7 @@ class SoftStep final : public SoftSolver {
     batches_.clear();
     for (const int n : choices) {
       for (const Past past : kPasts) batches_.push_back({n, n, past, 0, 0, 0, 0, 0});
-      batches_.push_back({sub_steps_in_motion(n), n, Past::lasts, 0, 0, 0, 0, 0});
+      batches_.push_back({sub_steps_in_turmoil(n), n, Past::lasts, 0, 0, 0, 0, 0});
     }
     sizes_.clear();
     is_heap_.clear();

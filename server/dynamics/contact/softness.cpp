@@ -7,7 +7,7 @@ namespace {
 
 /// Each with unit, reason, and the test that pins it.
 struct SoftnessTolerances {
-  double frequency = 0.177;  ///< c, of 1/h: at 0.25 stacks rock on their corners ("stack of ten")
+  double frequency = 0.177;  ///< c, of 1/h_c: at 0.25 of 1/h stacks rock ("stack of ten")
   double damping_ratio = 5;  ///< zeta: overlaps close without bouncing ("half overlapped")
 };
 constexpr SoftnessTolerances kSoftnessTolerances;

@@ -5,8 +5,8 @@
 // and under which load, rest_load (PointRest; m/s^2, of a force F on its effective mass, K F). Both
 // methods see the gap
 //   s - rest_m - give rest_load,  give: what a load of 1 m/s^2 sinks in by; s^2
-//   soft step: give = (h / 2 pi c)^2 (softness.h);  Newton: give = dt^2 R / K (contact_island.h)
-// At s = rest_m either answers with that load, whatever the number of sub-steps. On a hand-over, in
+//   soft step: give = (h_c / 2 pi c)^2 (softness.h);  Newton: give = dt^2 R / K (contact_island.h)
+// At s = rest_m either answers with that load, whatever h_c is. On a hand-over, in
 // both directions, rest_m = s and rest_load = K F; then nothing changes until a point is without a
 // load, or slides fast. But soft steps push out what has come to be deeper than the contact
 // tolerance, by loads that came one after the other. So it is where Newton's method finds no motion

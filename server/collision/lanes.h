@@ -11,6 +11,7 @@
 #endif
 
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 // CRADLE_LANES, CRADLE_LAMBDA: all of a kernel is one function, so that vectors stay in registers.
@@ -32,11 +33,8 @@
 namespace cradle {
 namespace {
 
-template <class V>
-inline constexpr int kLanes = static_cast<int>(sizeof(V) / sizeof(double));
-
 /// Two vectors as one: what works on one of them after the other waits for each result, what works
-/// on both has something else to do meanwhile. Of doubles, or of masks.
+/// on both has something else to do meanwhile. Of numbers, or of masks.
 template <class V>
 struct Twin {
   V lo, hi;
@@ -45,6 +43,24 @@ template <class V>
 concept IsTwin = requires(V v) {
   v.lo, v.hi;
 };
+
+template <class V>
+constexpr auto number_of(const V& v) {
+  if constexpr (IsTwin<V>) {
+    return number_of(v.lo);
+  } else if constexpr (requires { v[0]; }) {
+    return std::remove_cvref_t<decltype(v[0])>{};
+  } else {
+    return v;
+  }
+}
+/// double or float.
+template <class V>
+using NumberOf = decltype(number_of(V{}));
+template <class V>
+inline constexpr int kLanes = static_cast<int>(sizeof(V) / sizeof(NumberOf<V>));
+template <class V>
+inline constexpr bool kIsFloats = std::is_same_v<NumberOf<V>, float>;
 
 // Of each of both.
 template <class V>
@@ -70,23 +86,23 @@ CRADLE_OF_TWIN(|)
 #undef CRADLE_OF_TWIN
 template <class V>
 CRADLE_LANES Twin<V> operator+(const Twin<V>& a, double b) {
-  return {a.lo + b, a.hi + b};
+  return {a.lo + NumberOf<V>(b), a.hi + NumberOf<V>(b)};
 }
 template <class V>
 CRADLE_LANES Twin<V> operator+(double a, const Twin<V>& b) {
-  return {a + b.lo, a + b.hi};
+  return {NumberOf<V>(a) + b.lo, NumberOf<V>(a) + b.hi};
 }
 template <class V>
 CRADLE_LANES Twin<V> operator*(double a, const Twin<V>& b) {
-  return {a * b.lo, a * b.hi};
+  return {NumberOf<V>(a) * b.lo, NumberOf<V>(a) * b.hi};
 }
 template <class V>
 CRADLE_LANES Twin<V> operator/(double a, const Twin<V>& b) {
-  return {a / b.lo, a / b.hi};
+  return {NumberOf<V>(a) / b.lo, NumberOf<V>(a) / b.hi};
 }
 template <class V>
 CRADLE_LANES Twin<V> operator/(const Twin<V>& a, double b) {
-  return {a.lo / b, a.hi / b};
+  return {a.lo / NumberOf<V>(b), a.hi / NumberOf<V>(b)};
 }
 
 template <class V>
@@ -132,15 +148,18 @@ CRADLE_LANES V larger(const V& a, const V& b) {
   if constexpr (IsTwin<V>) {
     return {larger(a.lo, b.lo), larger(a.hi, b.hi)};
 #ifdef __SSE2__
-  } else if constexpr (kLanes<V> == 2) {
+  } else if constexpr (sizeof(V) == 16) {
+    if constexpr (kIsFloats<V>) return V(_mm_max_ps(__m128(a), __m128(b)));
     return V(_mm_max_pd(__m128d(a), __m128d(b)));
 #endif
 #ifdef __AVX2__
-  } else if constexpr (kLanes<V> == 4) {
+  } else if constexpr (sizeof(V) == 32) {
+    if constexpr (kIsFloats<V>) return V(_mm256_max_ps(__m256(a), __m256(b)));
     return V(_mm256_max_pd(__m256d(a), __m256d(b)));
 #endif
 #ifdef __AVX512F__
-  } else if constexpr (kLanes<V> == 8) {
+  } else if constexpr (sizeof(V) == 64) {
+    if constexpr (kIsFloats<V>) return V(_mm512_maskz_max_ps(0xffff, __m512(a), __m512(b)));
     return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
 #endif
   } else {
@@ -154,15 +173,18 @@ CRADLE_LANES V smaller(const V& a, const V& b) {
   if constexpr (IsTwin<V>) {
     return {smaller(a.lo, b.lo), smaller(a.hi, b.hi)};
 #ifdef __SSE2__
-  } else if constexpr (kLanes<V> == 2) {
+  } else if constexpr (sizeof(V) == 16) {
+    if constexpr (kIsFloats<V>) return V(_mm_min_ps(__m128(a), __m128(b)));
     return V(_mm_min_pd(__m128d(a), __m128d(b)));
 #endif
 #ifdef __AVX2__
-  } else if constexpr (kLanes<V> == 4) {
+  } else if constexpr (sizeof(V) == 32) {
+    if constexpr (kIsFloats<V>) return V(_mm256_min_ps(__m256(a), __m256(b)));
     return V(_mm256_min_pd(__m256d(a), __m256d(b)));
 #endif
 #ifdef __AVX512F__
-  } else if constexpr (kLanes<V> == 8) {
+  } else if constexpr (sizeof(V) == 64) {
+    if constexpr (kIsFloats<V>) return V(_mm512_maskz_min_ps(0xffff, __m512(a), __m512(b)));
     return V(_mm512_maskz_min_pd(0xff, __m512d(a), __m512d(b)));
 #endif
   } else {
@@ -176,7 +198,7 @@ CRADLE_LANES V size_of(const V& x) {
   if constexpr (IsTwin<V>) {
     return {size_of(x.lo), size_of(x.hi)};
   } else if constexpr (kLanes<V> == 1) {
-    return __builtin_fabs(x);
+    return static_cast<V>(__builtin_fabs(x));
   } else {
     using Bits = decltype(x < x);
     return V(Bits(x) & ~Bits(-V{}));
@@ -188,22 +210,25 @@ CRADLE_LANES V root(const V& x) {
   if constexpr (IsTwin<V>) {
     return {root(x.lo), root(x.hi)};
   } else if constexpr (kLanes<V> == 1) {
-    return __builtin_sqrt(x);
+    return static_cast<V>(__builtin_sqrt(x));  // of a float rounded twice, to the same
 #ifdef __SSE2__
-  } else if constexpr (kLanes<V> == 2) {
+  } else if constexpr (sizeof(V) == 16) {
+    if constexpr (kIsFloats<V>) return V(_mm_sqrt_ps(__m128(x)));
     return V(_mm_sqrt_pd(__m128d(x)));
 #endif
 #ifdef __AVX2__
-  } else if constexpr (kLanes<V> == 4) {
+  } else if constexpr (sizeof(V) == 32) {
+    if constexpr (kIsFloats<V>) return V(_mm256_sqrt_ps(__m256(x)));
     return V(_mm256_sqrt_pd(__m256d(x)));
 #endif
 #ifdef __AVX512F__
-  } else if constexpr (kLanes<V> == 8) {
+  } else if constexpr (sizeof(V) == 64) {
+    if constexpr (kIsFloats<V>) return V(_mm512_maskz_sqrt_ps(0xffff, __m512(x)));
     return V(_mm512_maskz_sqrt_pd(0xff, __m512d(x)));
 #endif
   } else {
     V r;
-    for (int l = 0; l < kLanes<V>; ++l) r[l] = __builtin_sqrt(x[l]);
+    for (int l = 0; l < kLanes<V>; ++l) r[l] = root(x[l]);
     return r;
   }
 }
@@ -285,15 +310,18 @@ CRADLE_LANES bool any(const M& mask) {
   } else if constexpr (kLanes<V> == 1) {
     return mask;
 #ifdef __SSE2__
-  } else if constexpr (kLanes<V> == 2) {
+  } else if constexpr (sizeof(V) == 16) {
+    if constexpr (kIsFloats<V>) return _mm_movemask_ps(__m128(mask)) != 0;
     return _mm_movemask_pd(__m128d(mask)) != 0;
 #endif
 #ifdef __AVX2__
-  } else if constexpr (kLanes<V> == 4) {
+  } else if constexpr (sizeof(V) == 32) {
+    if constexpr (kIsFloats<V>) return _mm256_movemask_ps(__m256(mask)) != 0;
     return _mm256_movemask_pd(__m256d(mask)) != 0;
 #endif
 #ifdef __AVX512DQ__
-  } else if constexpr (kLanes<V> == 8) {
+  } else if constexpr (sizeof(V) == 64) {
+    if constexpr (kIsFloats<V>) return _mm512_movepi32_mask(__m512i(mask)) != 0;
     return _mm512_movepi64_mask(__m512i(mask)) != 0;
 #endif
   } else {
@@ -313,37 +341,37 @@ CRADLE_LANES bool all(const M& mask) {
 
 template <class V>
 CRADLE_LANES V fill(double value) {
-  return V{} + value;
+  return V{} + NumberOf<V>(value);
 }
 
 template <class V>
-CRADLE_LANES V load(const double* from) {
+CRADLE_LANES V load(const NumberOf<V>* from) {
   if constexpr (IsTwin<V>) {
     using Half = decltype(V::lo);
     return {load<Half>(from), load<Half>(from + kLanes<Half>)};
   } else {
-    using Anywhere [[gnu::aligned(alignof(double)), gnu::may_alias]] = V;
+    using Anywhere [[gnu::aligned(alignof(NumberOf<V>)), gnu::may_alias]] = V;
     return *reinterpret_cast<const Anywhere*>(from);
   }
 }
 template <class V>
-CRADLE_LANES void store(double* to, const V& v) {
+CRADLE_LANES void store(NumberOf<V>* to, const V& v) {
   if constexpr (IsTwin<V>) {
     store(to, v.lo);
     store(to + kLanes<decltype(v.lo)>, v.hi);
   } else {
-    using Anywhere [[gnu::aligned(alignof(double)), gnu::may_alias]] = V;
+    using Anywhere [[gnu::aligned(alignof(NumberOf<V>)), gnu::may_alias]] = V;
     *reinterpret_cast<Anywhere*>(to) = v;
   }
 }
 
-/// In groups of n rows, element l of row k becomes element k of row l: one bit of both numbers
-/// after the other.
-template <class V, int distance, std::size_t... l>
+/// In groups of `count` rows and elements, element l of row k becomes element k of row l: one bit
+/// of both numbers after the other.
+template <class V, int distance, int count = kLanes<V>, std::size_t... l>
 CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   constexpr int n = kLanes<V>;
   CRADLE_UNROLLED
-  for (int k = 0; k < n; ++k) {
+  for (int k = 0; k < count; ++k) {
     if ((k & distance) != 0) continue;
     const V a = rows[k], b = rows[k + distance];
     rows[k] =
@@ -351,7 +379,7 @@ CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
     rows[k + distance] =
         __builtin_shufflevector(a, b, ((int(l) & distance) ? n + int(l) : (int(l) ^ distance))...);
   }
-  if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
+  if constexpr (distance > 1) transpose<V, distance / 2, count>(rows, lanes);
 }
 
 /// Half as many lanes. What moves halves can read and write memory as it goes; shuffles of whole

@@ -138,7 +138,9 @@ struct Tangle {
 };
 
 /// Into blocks with the impulses that they have, and back.
-void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const BodyLines& bodies) {
+template <class Real>
+void pack(ContactBlocks<Real>& blocks, std::span<ContactConstraint* const> all,
+          const BodyLines& bodies) {
   for (ContactConstraint* c : all) {
     for (ConstraintPoint& p : c->used()) {
       p.force = c->impulse(p).lambda / kStep.h;
@@ -146,38 +148,40 @@ void pack(ContactBlocks& blocks, std::span<ContactConstraint* const> all, const 
     }
     look_at(*c);
   }
-  blocks.pack(serial_executor, contact_kernels_of(0), all, bodies, kStep.h, give_of(1, kStep.h));
+  blocks.pack(serial_executor, contact_kernels_of(0).of<Real>(), all, bodies, kStep.h,
+              give_of(1, kStep.h));
 }
 
-void unpack(ContactBlocks& blocks, std::span<ContactConstraint* const> all) {
-  blocks.unpack(serial_executor, contact_kernels_of(0), {kStep.h, 1.5, 0.99, 0},
-                [](std::size_t, const BlockRun&) {});
+template <class Real>
+void unpack(ContactBlocks<Real>& blocks, std::span<ContactConstraint* const> all) {
+  blocks.unpack(serial_executor, contact_kernels_of(0).of<Real>(), {kStep.h, 1.5, 0.99, 0},
+                [](std::size_t, const BlockRun<Real>&) {});
   for (ContactConstraint* c : all) {
-    for (const ConstraintPoint& p : c->used()) {
+    for (const ConstraintPoint& p : c->used())
       c->impulse(p) = {kStep.h * p.force_t, kStep.h * p.force};
-    }
   }
 }
 
-/// A sub-step of them, side by side. Returns the separations of the first one's points.
+/// A sub-step of them side by side. Returns the separations of the first one's points.
+template <class Real = double>
 std::array<double, kBlockPoints> advance(std::span<ContactConstraint> constraints,
                                          BodyLines& bodies, const ContactKernels& kernels) {
-  ContactBlocks blocks;
+  const BlockPasses<Real>& passes = kernels.of<Real>();
+  ContactBlocks<Real> blocks;
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : constraints) all.push_back(&c);
   pack(blocks, all, bodies);
-  for (const BlockRun& run : blocks.runs()) {
-    kernels.prepare(run, kStep.soft, bodies.velocities());
-    kernels.warm_start(run, bodies.velocities());
+  for (const auto& run : blocks.runs()) {
+    passes.prepare(run, kStep.soft, bodies.velocities());
+    passes.warm_start(run, bodies.velocities());
   }
-  for (const BlockRun& run : blocks.runs()) kernels.solve(run, kStep, bodies.velocities());
+  for (const auto& run : blocks.runs()) passes.solve(run, kStep, bodies.velocities());
   bodies.integrate_positions(kStep.h, 3);
-  for (const BlockRun& run : blocks.runs()) {
-    kernels.relax(run, kStep, bodies.velocities(), bodies.motions());
-  }
+  for (const auto& run : blocks.runs())
+    passes.relax(run, kStep, bodies.velocities(), bodies.motions());
   unpack(blocks, all);
   std::array<double, kBlockPoints> separations{};
-  const ContactBlock& first = blocks.runs()[0].blocks[0];
+  const auto& first = blocks.runs()[0].blocks[0];
   for (std::size_t i = 0; i < kBlockPoints; ++i) separations[i] = first.points[i].s[0];
   return separations;
 }
@@ -186,12 +190,12 @@ std::array<double, kBlockPoints> advance(std::span<ContactConstraint> constraint
 int escorts_of(Tangle& tangle, const BodyLines& bodies) {
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
-  ContactBlocks blocks;
+  ContactBlocks<double> blocks;
   pack(blocks, all, bodies);
   int found = 0;
-  for (const BlockRun& run : blocks.runs()) {
-    for (const ContactBlock& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
-      for (int lane = 0; lane < kBlockLanes; ++lane) {
+  for (const auto& run : blocks.runs()) {
+    for (const auto& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
+      for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
         if (block.source[lane] < 0) continue;
         const int points = all[static_cast<std::size_t>(block.source[lane])]->count;
         const bool are_round = bodies.are_round(block.a[lane], block.b[lane]);
@@ -213,7 +217,9 @@ TEST_CASE("a heap falls to the same bits at every width") {
   }
 }
 
-TEST_CASE("a manifold in a block does what its points would do one after another") {
+TEMPLATE_TEST_CASE("a manifold in a block does what its points would do one after another", "",
+                   double, float) {
+  constexpr double rounding = std::numeric_limits<TestType>::epsilon() / 0x1p-52;
   const int lanes = GENERATE(1, 0);
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     // Where both bodies have equal moments, a block has one number for the inertia of each.
@@ -221,30 +227,29 @@ TEST_CASE("a manifold in a block does what its points would do one after another
     Tangle tangle(9, 1, 1 + static_cast<int>(seed / 3 % 4), seed, moments);
     const std::int32_t a = tangle.constraints[0].a, b = tangle.constraints[0].b;
     if (seed % 3 == 2) tangle.make_round(a);
-    const BodyLines lines = tangle.lines();
-    const bool other_is_round = seed % 3 == 1 || !lines.yields(lines.line(b));
-    CHECK(lines.are_round(lines.line(a), lines.line(b)) == (seed % 3 != 0 && other_is_round));
+    BodyLines side_by_side = tangle.lines(), one_by_one = tangle.lines();
+    const std::int32_t line_a = one_by_one.line(a), line_b = one_by_one.line(b);
+    const bool other_is_round = seed % 3 == 1 || !one_by_one.yields(line_b);
+    CHECK(one_by_one.are_round(line_a, line_b) == (seed % 3 != 0 && other_is_round));
     tangle.constraints[0].impulses[0].lambda = 0;  // or they would be solved at once
     std::vector<ContactConstraint> alone = tangle.constraints;
-    BodyLines side_by_side = tangle.lines(), one_by_one = tangle.lines();
-
-    const auto separations = advance(tangle.constraints, side_by_side, contact_kernels_of(lanes));
+    const auto gaps =
+        advance<TestType>(tangle.constraints, side_by_side, contact_kernels_of(lanes));
     SingleContact contact(alone[0], one_by_one);
     contact.warm_start();
     contact.solve(kStep);
     one_by_one.integrate_positions(kStep.h, 3);
     contact.relax(kStep);
-
     for (std::size_t i = 0; i < static_cast<std::size_t>(alone[0].count); ++i) {
       const PointImpulse &p = tangle.constraints[0].impulses[i], &q = alone[0].impulses[i];
-      CHECK(separations[i] == Approx(q.s).margin(1e-13));
-      CHECK(p.lambda == Approx(q.lambda).margin(1e-12));
-      CHECK((p.lambda_t - q.lambda_t).norm() < 1e-12);
+      CHECK(gaps[i] == Approx(q.s).margin(1e-13 * rounding));
+      CHECK(p.lambda == Approx(q.lambda).margin(1e-12 * rounding));
+      CHECK((p.lambda_t - q.lambda_t).norm() < 1e-12 * rounding);
     }
     for (const std::int32_t slot : tangle.moving) {
       const std::int32_t line = side_by_side.line(slot);
-      CHECK((side_by_side.v(line) - one_by_one.v(line)).norm() < 1e-11);
-      CHECK((side_by_side.w(line) - one_by_one.w(line)).norm() < 1e-11);
+      CHECK((side_by_side.v(line) - one_by_one.v(line)).norm() < 1e-11 * rounding);
+      CHECK((side_by_side.w(line) - one_by_one.w(line)).norm() < 1e-11 * rounding);
     }
   }
 }
@@ -289,12 +294,12 @@ TEST_CASE("points that carry together are solved at once") {
 
     BodyLines bodies = tangle.lines();
     ContactConstraint* all[] = {&c};
-    ContactBlocks blocks;
+    ContactBlocks<double> blocks;
     pack(blocks, all, bodies);
-    for (const BlockRun& run : blocks.runs()) {
+    for (const auto& run : blocks.runs()) {
       CHECK(run.joint);
-      contact_kernels_of(0).prepare(run, kStep.soft, bodies.velocities());
-      contact_kernels_of(0).solve(run, kStep, bodies.velocities());
+      contact_kernels_of(0).doubles.prepare(run, kStep.soft, bodies.velocities());
+      contact_kernels_of(0).doubles.solve(run, kStep, bodies.velocities());
     }
     unpack(blocks, all);
     for (int i = 0; i < points; ++i) {
@@ -365,7 +370,7 @@ TEST_CASE("rolling and torsional friction stop what bodies will turn by, when th
              bodies.v(bodies.line(c.a)) - w(c.a, c.turn_A).cross(c.points[0].rA);
     };
     const Vector before = slip();
-    TurningContact turning(c, bodies, nullptr, 0);
+    TurningContact turning(c, bodies);
     turning.warm_start(bodies, kStep.h);
     for (int sweep = 0; sweep < 2000; ++sweep) turning.rub(bodies);
     const Vector W = w(c.b, c.turn_B) - w(c.a, c.turn_A), change = slip() - before;
@@ -396,16 +401,16 @@ TEST_CASE("a body without usable numbers spoils nobody that it does not touch") 
 TEST_CASE("manifolds in one block share no body that yields") {
   Tangle tangle(40, 400, 2, 3);
   const BodyLines bodies = tangle.lines();
-  ContactBlocks blocks;
+  ContactBlocks<double> blocks;
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
   pack(blocks, all, bodies);
   std::vector<int> seen(tangle.constraints.size(), 0);
-  for (const BlockRun& run : blocks.runs()) {
+  for (const auto& run : blocks.runs()) {
     for (std::int32_t k = 0; k < run.count; ++k) {
-      const ContactBlock& block = run.blocks[k];
+      const auto& block = run.blocks[k];
       std::vector<int> touched(bodies.moving(), 0);
-      for (int lane = 0; lane < kBlockLanes; ++lane) {
+      for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
         if (block.source[lane] < 0) continue;
         ++seen[static_cast<std::size_t>(block.source[lane])];
         for (const std::int32_t line : {block.a[lane], block.b[lane]}) {
@@ -426,7 +431,7 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
     domains.push_back(static_cast<std::int32_t>(k * kDomains / tangle.moving.size()));
   }
   const BodyLines bodies = tangle.lines(domains, kDomains);
-  ContactBlocks blocks;
+  ContactBlocks<double> blocks;
   std::vector<ContactConstraint*> all;
   for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
   pack(blocks, all, bodies);
@@ -436,12 +441,12 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
   std::size_t seen = 0, between = 0;
   for (std::size_t level = 0; level < tree.levels(); ++level) {
     std::vector<std::int32_t> task_of_line(bodies.moving(), -1);
-    for (const BlockRun& run : blocks.runs()) {
+    for (const auto& run : blocks.runs()) {
       if (run.task < tree.begin(level) || run.task >= tree.end(level)) continue;
       CHECK(run.task >= last);
       last = run.task;
-      for (const ContactBlock& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
-        for (int lane = 0; lane < kBlockLanes; ++lane) {
+      for (const auto& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
+        for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
           if (block.source[lane] < 0) continue;
           ++seen;
           between += level > 0 ? 1 : 0;

@@ -39,10 +39,13 @@ BatchResult BatchStep::advance(const Batch& batch, ContactTick tick, const BodyA
   tick.resting = batch.resting;
   divide(batch, tick, arrays, sizes);
   if (has_rested) set_gaps(*tick.executor, batch.constraints, give);
-  batch_.advance(tick, arrays, inverse_inertia_W, batch.constraints, batch.past);
+  const auto advance = [&](auto& soft) -> BatchResult {
+    soft.advance(tick, arrays, inverse_inertia_W, batch.constraints, batch.past);
+    return {soft.impacts_ordered(), soft.paid_J(), soft.sag_m(), soft.residual(), soft.balance()};
+  };
+  result = batch.in_floats ? advance(batch_in_floats_) : advance(batch_);
   if (has_rested) reset_gaps(*tick.executor, batch.constraints);
-  return {batch_.impacts_ordered(), batch_.paid_J(), batch_.sag_m(), batch_.residual(),
-          batch_.balance()};
+  return result;
 }
 
 /// Into domains, in whose order its bodies are from here on.

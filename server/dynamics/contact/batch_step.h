@@ -27,6 +27,7 @@ class BatchStep {
  public:
   struct Batch {
     int sub_steps, stiff_as;  ///< as ContactTick has them
+    bool in_floats;           ///< as IslandFacts has it
     Past past;
     // Of its bodies, which are sorted by domain:
     std::span<std::int32_t> moving, islands;  ///< slots; by number, of those in the tick
@@ -45,7 +46,8 @@ class BatchStep {
   void set_gaps(Executor& executor, std::span<ContactConstraint* const> constraints, double give);
   void reset_gaps(Executor& executor, std::span<ContactConstraint* const> constraints);
 
-  SoftBatch batch_;
+  SoftBatch<double> batch_;
+  SoftBatch<float> batch_in_floats_;
   Domains domains_;
   std::vector<std::int32_t> numbers_;                      // room to sort
   std::vector<std::uint8_t> flags_;                        // likewise

@@ -18,7 +18,6 @@ constexpr std::size_t kLooks = 256;  // that one thread takes at a time, of some
 
 /// Of no colour: with a block each.
 bool is_single(std::size_t group) { return group >= std::size_t{kBlockKinds} * kColours; }
-std::int32_t lanes_of(std::size_t group) { return is_single(group) ? 1 : kBlockLanes; }
 
 /// To the same bits ("a contact does the same to the bit").
 bool can_go_along(const BlockKind& kind, const BlockKind& general) {
@@ -28,10 +27,10 @@ bool can_go_along(const BlockKind& kind, const BlockKind& general) {
 
 /// Points that all carried last tick, or are all new, are likely to carry together: they are solved
 /// at once, which also keeps a symmetric stack symmetric. Not in a heap.
-std::int32_t kind_of(const ContactConstraint& c, bool is_in_heap, bool are_round) {
+std::int32_t kind_of(const ContactConstraint& c, bool may_join, bool are_round) {
   const std::int32_t first = are_round ? 0 : kRoundKinds;
   if (c.count == 1) return first;
-  const bool joint = !is_in_heap && (c.carrying == 0 || c.carrying == c.count);
+  const bool joint = may_join && (c.carrying == 0 || c.carrying == c.count);
   return first + (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
 }
 
@@ -80,11 +79,13 @@ void BlockPlan::look_at_all(Executor& executor, std::span<ContactConstraint* con
              });
 }
 
-BlockPlan::Look BlockPlan::look_at(const ContactConstraint& c, const BodyLines& bodies) {
+std::int32_t BlockPlan::lanes_of(std::size_t group) const { return is_single(group) ? 1 : width_; }
+
+BlockPlan::Look BlockPlan::look_at(const ContactConstraint& c, const BodyLines& bodies) const {
   const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
   return {{bodies.yields(a) ? a : -1, bodies.yields(b) ? b : -1},
           bodies.task_of(a, b),
-          kind_of(c, bodies.is_in_heap(a, b), bodies.are_round(a, b)),
+          kind_of(c, may_join_ && !bodies.is_in_heap(a, b), bodies.are_round(a, b)),
           is_idle(c) ? idle : busy,
           c.is_ahead,
           c.turns_heavily()};
@@ -168,13 +169,13 @@ void BlockPlan::count_groups(std::int32_t number) {
 /// What does not fill a block of its kind goes along in the last one of a more general kind, if all
 /// of it has room there: fewer lanes stay empty. The most general ones are filled first, so nobody
 /// joins what goes along.
-void BlockPlan::fill_up(std::span<Group> groups, std::size_t first) {
+void BlockPlan::fill_up(std::span<Group> groups, std::size_t first) const {
   for (std::size_t general = kBlockKinds - 1; general > 0; --general) {
     Group& to = groups[first + general];
     for (std::size_t kind = general; kind-- > 0;) {
       Group& from = groups[first + kind];
-      const std::int32_t left = from.all() % kBlockLanes, used = to.all() % kBlockLanes;
-      if (left == 0 || used == 0 || left + used > kBlockLanes) continue;
+      const std::int32_t left = from.all() % width_, used = to.all() % width_;
+      if (left == 0 || used == 0 || left + used > width_) continue;
       if (!can_go_along(kKinds[kind], kKinds[general])) continue;
       const std::int32_t left_idle = std::min(left, from.count[idle]);
       from.count[idle] -= left_idle;
@@ -197,7 +198,7 @@ void BlockPlan::make_runs(const TaskTree& tree) {
     for (std::size_t k = 0; k < groups.size(); ++k) {
       Group& group = groups[k];
       const std::int32_t lanes = lanes_of(k), count = (group.all() + lanes - 1) / lanes;
-      const std::int32_t first = next * kBlockLanes;
+      const std::int32_t first = next * width_;
       group.next = {first, first + group.count[busy]};
       if (count == 0) continue;
       runs_.push_back({next, count, kKinds[k % kBlockKinds], number});
@@ -205,7 +206,7 @@ void BlockPlan::make_runs(const TaskTree& tree) {
     }
     task.end_run = runs_.size();
   }
-  lanes_.assign(index(next) * kBlockLanes, -1);
+  lanes_.assign(index(next * width_), -1);
   levels_.clear();
   for (std::size_t level = 0; level < tree.levels(); ++level) {
     const TaskLevel all{tree.begin(level), tree.end(level)};
@@ -225,7 +226,7 @@ void BlockPlan::place(std::int32_t number) {
     std::int32_t& next = groups[group].next[idleness];
     places_[k] = next;
     at(lanes_, next) = static_cast<std::int32_t>(k);
-    next += is_single(group) ? kBlockLanes : 1;
+    next += is_single(group) ? width_ : 1;
   }
 }
 

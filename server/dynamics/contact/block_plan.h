@@ -42,6 +42,10 @@ class BlockPlan {
   }
 
  public:
+  /// For blocks of numbers of one kind: how many lanes they have, and whether all points of a
+  /// manifold may be solved at once.
+  BlockPlan(int width, bool may_join) : width_(width), may_join_(may_join) {}
+
   /// Of those whose arms hold at the tick's start; the others are for one after another.
   void make(Executor& executor, std::span<ContactConstraint* const> constraints,
             const BodyLines& bodies);
@@ -54,10 +58,11 @@ class BlockPlan {
   /// Which of them roll or turn with friction.
   std::span<const std::int32_t> heavy() const { return heavy_; }
 
-  std::size_t blocks() const { return lanes_.size() / kBlockLanes; }
+  std::size_t blocks() const { return lanes_.size() / static_cast<std::size_t>(width_); }
   /// Of a block: the sources in its lanes; -1: none.
   std::span<const std::int32_t> lanes(std::size_t block) const {
-    return std::span(lanes_).subspan(block * kBlockLanes, kBlockLanes);
+    const auto width = static_cast<std::size_t>(width_);
+    return std::span(lanes_).subspan(block * width, width);
   }
   std::span<const PlannedRun> runs() const { return runs_; }
   /// Of a task.
@@ -91,7 +96,8 @@ class BlockPlan {
   };
   void look_at_all(Executor& executor, std::span<ContactConstraint* const> constraints,
                    const BodyLines& bodies);
-  static Look look_at(const ContactConstraint& c, const BodyLines& bodies);
+  Look look_at(const ContactConstraint& c, const BodyLines& bodies) const;
+  std::int32_t lanes_of(std::size_t group) const;
   void sort_by_task(Executor& executor, std::span<ContactConstraint* const> constraints);
   std::size_t columns() const { return tasks_.size() + 1; }
   std::span<std::size_t> numbers_of(std::size_t part) {
@@ -100,7 +106,7 @@ class BlockPlan {
   void colour(std::int32_t task);
   void share_groups();
   void count_groups(std::int32_t task);
-  static void fill_up(std::span<Group> groups, std::size_t first);
+  void fill_up(std::span<Group> groups, std::size_t first) const;
   std::size_t group_of(std::size_t source) const {
     return static_cast<std::size_t>(kBlockKinds * colours_[source] + kinds_[source]);
   }
@@ -108,6 +114,8 @@ class BlockPlan {
   void place(std::int32_t task);
   std::span<Group> groups_of(std::int32_t task);
 
+  std::int32_t width_;
+  bool may_join_;
   Colouring colouring_;
   std::vector<Look> looks_;           // of all constraints
   std::vector<std::size_t> numbers_;  // of them, by part and column: look_at_all, sort_by_task

@@ -9,32 +9,22 @@ namespace {
 
 template <class V>
 struct LineRows {
-  V r[kLineDoubles];
+  V r[kLineNumbers];
   CRADLE_LANES Triple<V> linear() const { return {r[0], r[1], r[2]}; }
   CRADLE_LANES Triple<V> angular() const { return {r[3], r[4], r[5]}; }
 };
 template <class V>
 CRADLE_LANES LineRows<V> load_run(const BodyLine* lines) {
-  constexpr int n = kLanes<V>;
   LineRows<V> rows;
-  CRADLE_UNROLLED
-  for (int part = 0; part < kLineDoubles / n; ++part) {
-    load_transposed(rows.r + part * n,
-                    [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l) + part * n; });
-  }
+  load_line_rows(rows.r, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l); });
   return rows;
 }
 template <class V>
 CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Triple<V>& angular,
                             const V& inverse_mass = V{}, const V& inverse_moment = V{}) {
-  constexpr int n = kLanes<V>;
-  V rows[kLineDoubles] = {linear.x,  linear.y,  linear.z,     angular.x,
+  V rows[kLineNumbers] = {linear.x,  linear.y,  linear.z,     angular.x,
                           angular.y, angular.z, inverse_mass, inverse_moment};
-  CRADLE_UNROLLED
-  for (int part = 0; part < kLineDoubles / n; ++part) {
-    store_transposed(rows + part * n,
-                     [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l) + part * n; });
-  }
+  store_line_rows(rows, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l); });
 }
 
 /// Of contacts, since `v` and `w`.
@@ -113,7 +103,7 @@ struct BodyPasses {
   }
   static void average(const BodyRun& run, BodyLine* means) {
     for (int k = run.begin; k < run.end; ++k) {
-      for (int part = 0; part < kLineDoubles; part += kLanes<V>) {
+      for (int part = 0; part < kLineNumbers; part += kLanes<V>) {
         const V before = cradle::load<V>(run.begins[k].all + part);
         store(means[k].all + part, 0.5 * (before + cradle::load<V>(run.velocities[k].all + part)));
       }

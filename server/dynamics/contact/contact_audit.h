@@ -1,6 +1,6 @@
 // What became of a manifold's impulses, for the kernels' files alone: equations in
 // contact_balance.h, symbols in contact_method.h. Order of the sums: block by block in each of the
-// eight lanes, so that they are the same at every width.
+// block's lanes, so that they are the same at every width.
 #pragma once
 
 #include "server/dynamics/contact/contact_twist.h"
@@ -9,22 +9,22 @@ namespace cradle {
 namespace {
 
 template <class V>
-CRADLE_LANES void add_to(BlockRow& row, int lane, const V& value) {
+CRADLE_LANES void add_to(RowOf<V>& row, int lane, const V& value) {
   store(row + lane, at<V>(row, lane) + value);
 }
 template <class V>
-CRADLE_LANES void raise(BlockRow& row, int lane, const V& value) {
+CRADLE_LANES void raise(RowOf<V>& row, int lane, const V& value) {
   store(row + lane, larger<V>(at<V>(row, lane), value));
 }
 
 /// By the velocities at the tick's end.
 template <class V, int points>
-CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& step,
-                              const BodyLine* velocities, ContactTally& tally) {
+CRADLE_LANES void judge_lanes(const BlockOf<V>& c, int lane, const SubStep& step,
+                              const BodyLine* velocities, ContactTally<NumberOf<V>>& tally) {
   const Frame<V> f = frame_at<V>(c, lane);
   const Bodies<V, Round<V>> bodies = bodies_at<V, Round<V>>(c, lane, velocities);
   const auto [Vn, V1, V2, Wn, W1, W2] = twist_of(f, bodies);
-  const V haste = step.rate * at<V>(c.gap_haste, lane), friction = at<V>(c.friction, lane);
+  const V haste = fill<V>(step.rate) * at<V>(c.gap_haste, lane), friction = at<V>(c.friction, lane);
   const V share = 1 / (1 + friction * friction);
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
@@ -61,8 +61,8 @@ CRADLE_LANES void judge_lanes(const ContactBlock& c, int lane, const SubStep& st
 
 /// By the mean velocities of a sub-step.
 template <class V, int points>
-CRADLE_LANES void work_lanes(const ContactBlock& c, int lane, const BodyLine* means,
-                             ContactWork& work) {
+CRADLE_LANES void work_lanes(const BlockOf<V>& c, int lane, const BodyLine* means,
+                             ContactWork<NumberOf<V>>& work) {
   const Frame<V> f = frame_at<V>(c, lane);
   const Twist<V> A = load_lines<V>(means, c.a + lane), B = load_lines<V>(means, c.b + lane);
   const Triple<V> VA = A.linear + cross(A.angular, at3<V>(c.arm_A, lane));

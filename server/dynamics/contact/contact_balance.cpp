@@ -12,13 +12,15 @@ namespace {
 /// long as all else.
 double along_t(const Vector& z) { return std::sqrt(z.y() * z.y() + z.z() * z.z()); }
 
-double sum_in(const ContactBlock::Row& row) {
+template <class Row>
+double sum_in(const Row& row) {
   double total = 0;
-  for (const double value : row) total += value;
+  for (const auto value : row) total += value;
   return total;
 }
-double largest_in(const ContactBlock::Row& row) {
-  return *std::max_element(row, row + kBlockLanes);
+template <class Row>
+double largest_in(const Row& row) {
+  return std::ranges::max(row);
 }
 
 void raise(PointResidual& most, const PointResidual& one) {
@@ -48,7 +50,8 @@ void ContactResidual::add(double K, double friction, const Vector& impulse,
   velocity2 += velocity.squaredNorm();
 }
 
-void ContactResidual::add(const ContactTally& tally) {
+template <class Real>
+void ContactResidual::add(const ContactTally<Real>& tally) {
   raise(most, {std::sqrt(largest_in(tally.natural2)), largest_in(tally.signorini),
                largest_in(tally.cone), largest_in(tally.complementarity)});
   natural2 += sum_in(tally.natural2_sum);
@@ -80,12 +83,18 @@ void ContactBalance::add(const ContactBalance& other) {
   contacts_Ns += other.contacts_Ns;
 }
 
-void ContactBalance::add(const ContactWork& work) {
+template <class Real>
+void ContactBalance::add(const ContactWork<Real>& work) {
   friction_J += sum_in(work.friction);
   impacts_J += sum_in(work.normal);
   driven_J += sum_in(work.driven);
   contacts_Ns +=
       Vector(sum_in(work.momentum[0]), sum_in(work.momentum[1]), sum_in(work.momentum[2]));
 }
+
+template void ContactResidual::add(const ContactTally<double>&);
+template void ContactResidual::add(const ContactTally<float>&);
+template void ContactBalance::add(const ContactWork<double>&);
+template void ContactBalance::add(const ContactWork<float>&);
 
 }  // namespace cradle

@@ -39,7 +39,8 @@ struct ContactResidual {
   double natural2 = 0, impulse2 = 0, velocity2 = 0;  ///< (m/s)^2, sums of squares
 
   void add(double K, double friction, const Vector& impulse, const Vector& velocity);
-  void add(const ContactTally& tally);
+  template <class Real>
+  void add(const ContactTally<Real>& tally);
   void add(const ContactResidual& other);
   /// All points' natural map, by the larger of their impulses and velocities; 0 to about 1.
   double relative() const;
@@ -58,7 +59,8 @@ struct ContactBalance {
   Vector contacts_Ns = Vector::Zero();  ///< by contacts with bodies that do not yield
 
   void add(const ContactBalance& other);
-  void add(const ContactWork& work);
+  template <class Real>
+  void add(const ContactWork<Real>& work);
 };
 
 }  // namespace cradle

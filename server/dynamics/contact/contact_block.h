@@ -11,7 +11,13 @@
 
 namespace cradle {
 
-inline constexpr int kBlockLanes = 8;  ///< manifolds a block, whatever the kernel's width
+/// Manifolds a block, whatever the kernel's width: a number of each fills a line of the cache.
+template <class Real>
+inline constexpr int kBlockLanes = 64 / sizeof(Real);
+/// Points of a manifold are solved at once in double precision alone: the inverse of K is no good
+/// else (contact_method.h).
+template <class Real>
+inline constexpr bool kMayJoin = sizeof(Real) == sizeof(double);
 inline constexpr int kBlockPoints = 4;
 inline constexpr int kBlockKinds = 10;  ///< of runs: points, joint or not, bodies round or not
 /// Of contacts with restitution: they do not slow down what comes (impacts.h).
@@ -26,17 +32,20 @@ struct ConstraintLines {
   static constexpr int kLoad = 4;     ///< force_t, force, press
 };
 
-/// Eight manifolds side by side, which share no body that yields. Of points that are missing,
-/// masses and impulses are 0; so is everything in lanes without a manifold.
+/// Manifolds side by side, which share no body that yields, in double or single precision. Of
+/// points that are missing, masses and impulses are 0; so is everything in lanes without a
+/// manifold.
+template <class Real>
 struct ContactBlock {
-  using Row = double[kBlockLanes];
+  static constexpr int kLanes = kBlockLanes<Real>;
+  using Row = Real[kLanes];
   // What all passes of a sub-step read lies side by side, points after each other, and what some
   // runs have no use for comes last.
   alignas(64) Row n[3], t1[3];
-  Row arm_A[3], arm_B[3];                               ///< m, from Bcm to c
-  std::int32_t a[kBlockLanes], b[kBlockLanes];          ///< lines to read
-  std::int32_t a_out[kBlockLanes], b_out[kBlockLanes];  ///< and to write: of bodies that yield
-  Row part;  ///< of its impulses: for `repeat` and `scale`
+  Row arm_A[3], arm_B[3];                     ///< m, from Bcm to c
+  std::int32_t a[kLanes], b[kLanes];          ///< lines to read
+  std::int32_t a_out[kLanes], b_out[kLanes];  ///< and to write: of bodies that yield
+  Row part;                                   ///< of its impulses: for `repeat` and `scale`
   Row friction;
   Row gap_haste;  ///< a gap may close in so much less than a sub-step: 1, or kImpactHaste
   struct Point {
@@ -54,11 +63,11 @@ struct ContactBlock {
   Row inverse_inertia_A[6], inverse_inertia_B[6];  ///< xx xy xz yy yz zz; unset if `is_round`
   // See contact_method.h; of runs that are `joint`.
   Row inverse_soft[10], inverse_hard[10];
-  Row inverse_t[6];                  ///< 1/response_t: 11 12 1n 22 2n nn
-  Row share, lever_share;            ///< 1 / points, 1 / sum of u^2 + v^2
-  Row sink_share;                    ///< 1 - preload
-  double* lines[kBlockLanes];        ///< of its constraint; zeros where there is none
-  std::int32_t source[kBlockLanes];  ///< which constraint; -1: none
+  Row inverse_t[6];             ///< 1/response_t: 11 12 1n 22 2n nn
+  Row share, lever_share;       ///< 1 / points, 1 / sum of u^2 + v^2
+  Row sink_share;               ///< 1 - preload
+  double* lines[kLanes];        ///< of its constraint; zeros where there is none
+  std::int32_t source[kLanes];  ///< which constraint; -1: none
 };
 
 /// v and w, or displacement and turn since the tick's start, of one body.
@@ -92,10 +101,11 @@ struct SubStep {
 };
 
 /// Blocks of manifolds with `points` points each: 1, 2 or 4. If `joint`, a manifold's points are
-/// solved at once; else one after another. If `is_round`, all bodies have equal moments, or do not
-/// yield: one number instead of a matrix.
+/// solved at once; else one after another, as all are in single precision. If `is_round`, all
+/// bodies have equal moments, or do not yield: one number instead of a matrix.
+template <class Real>
 struct BlockRun {
-  ContactBlock* blocks;
+  ContactBlock<Real>* blocks;
   std::int32_t count;
   std::int32_t points;
   bool joint;
@@ -104,22 +114,28 @@ struct BlockRun {
 };
 
 /// Residuals of points, by lane, as contact_balance.h says: largest, and sums of squares.
+template <class Real>
 struct ContactTally {
-  ContactBlock::Row natural2, signorini, cone, complementarity;
-  ContactBlock::Row natural2_sum, impulse2_sum, velocity2_sum;
+  using Row = typename ContactBlock<Real>::Row;
+  Row natural2, signorini, cone, complementarity;
+  Row natural2_sum, impulse2_sum, velocity2_sum;
 };
 /// What impulses did, by lane, J; and N s, by bodies that do not yield, on others.
+template <class Real>
 struct ContactWork {
-  ContactBlock::Row normal, friction, driven, momentum[3];
+  using Row = typename ContactBlock<Real>::Row;
+  Row normal, friction, driven, momentum[3];
 };
 
 /// How blocks are filled from constraints.
+template <class Real>
 struct BlockFilling {
-  const BodyLine* responses;            ///< inverse inertia xx xy xz yy yz zz
-  double h;                             ///< s, of a sub-step
-  double give;                          ///< s^2: softness.h
-  double excess;                        ///< ContactConstraint::lasting_load
-  const ContactBlock::Row* rest_loads;  ///< by point, m/s^2: of PointRest; null: all 0
+  const BodyLine* responses;  ///< inverse inertia xx xy xz yy yz zz
+  double h;                   ///< s, of a sub-step
+  double give;                ///< s^2: softness.h
+  double excess;              ///< ContactConstraint::lasting_load
+  /// By point, m/s^2: of PointRest; null: all 0.
+  const typename ContactBlock<Real>::Row* rest_loads;
 };
 /// How constraints take their results.
 struct BlockTaking {
@@ -128,8 +144,27 @@ struct BlockTaking {
   double give;           ///< s^2: softness.h
 };
 
+/// What is done with blocks.
+template <class Real>
+struct BlockPasses {
+  using Run = BlockRun<Real>;
+  /// All rows that stand for the constraint, at the tick's start. `yields` is 1 already for points
+  /// that there are, and 0 for others.
+  void (*gather)(const Run&, const BlockFilling<Real>&);
+  /// The loads of the points; `sag`: by lane, the largest so far, m.
+  void (*scatter)(const Run&, const BlockTaking&, Real* sag);
+  void (*prepare)(const Run&, const Softness&, const BodyLine* velocities);
+  void (*warm_start)(const Run&, BodyLine* velocities);
+  void (*repeat)(const Run&, BodyLine* velocities);  ///< a warm start by that part alone
+  void (*scale)(const Run&);                         ///< leaves that part
+  void (*solve)(const Run&, const SubStep&, BodyLine* velocities);
+  void (*relax)(const Run&, const SubStep&, BodyLine* velocities, const BodyLine* motions);
+  void (*judge)(const Run&, const SubStep&, const BodyLine* velocities, ContactTally<Real>&);
+  void (*work)(const Run&, const BodyLine* means, ContactWork<Real>&);
+};
+
 struct ContactKernels {
-  int lanes;
+  int lanes;  ///< of doubles
   /// Loads over `h`, and what contacts gave in the sub-step before, again. True if this struck
   /// anybody: it would not have come from loads in `smooth_s`.
   bool (*load)(const BodyRun&, double h, double smooth_s);
@@ -139,19 +174,17 @@ struct ContactKernels {
   void (*move)(const BodyRun&, double h, double smooth_s);
   /// Velocities before and after the sub-step, halved.
   void (*average)(const BodyRun&, BodyLine* means);
-  /// All rows that stand for the constraint, at the tick's start. `yields` is 1 already for points
-  /// that there are, and 0 for others.
-  void (*gather)(const BlockRun&, const BlockFilling&);
-  /// The loads of the points; `sag`: by lane, the largest so far, m.
-  void (*scatter)(const BlockRun&, const BlockTaking&, double* sag);
-  void (*prepare)(const BlockRun&, const Softness&, const BodyLine* velocities);
-  void (*warm_start)(const BlockRun&, BodyLine* velocities);
-  void (*repeat)(const BlockRun&, BodyLine* velocities);  ///< a warm start by that part alone
-  void (*scale)(const BlockRun&);                         ///< leaves that part
-  void (*solve)(const BlockRun&, const SubStep&, BodyLine* velocities);
-  void (*relax)(const BlockRun&, const SubStep&, BodyLine* velocities, const BodyLine* motions);
-  void (*judge)(const BlockRun&, const SubStep&, const BodyLine* velocities, ContactTally&);
-  void (*work)(const BlockRun&, const BodyLine* means, ContactWork&);
+  BlockPasses<double> doubles;
+  BlockPasses<float> floats;
+
+  template <class Real>
+  const BlockPasses<Real>& of() const {
+    if constexpr (sizeof(Real) == sizeof(float)) {
+      return floats;
+    } else {
+      return doubles;
+    }
+  }
 };
 
 extern const ContactKernels kContactKernels1, kContactKernels2;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <type_traits>
 #include <utility>
 
 #include "server/collision/index.h"
@@ -32,10 +33,10 @@ static_assert(offsetof(ConstraintPoint, force_t) == at(Lines::kLoad, 0));
 static_assert(offsetof(ConstraintPoint, force) == at(Lines::kLoad, 2));
 static_assert(offsetof(ConstraintPoint, press) == at(Lines::kLoad, 3));
 
-using Row = ContactBlock::Row;
-
+template <class Row>
 void set(Row* rows, int lane, const Vector& value) {
-  for (int k = 0; k < 3; ++k) rows[k][lane] = value[k];
+  using Real = std::remove_extent_t<Row>;
+  for (int k = 0; k < 3; ++k) rows[k][lane] = static_cast<Real>(value[k]);
 }
 
 /// The mean of the points: between them every point has a short lever. As an arm of A.
@@ -49,19 +50,22 @@ Vector centre(const ContactConstraint& c) {
 alignas(64) double no_lines[ConstraintLines::kPoints + kBlockPoints * kLine]{};
 
 /// Lanes without a manifold do nothing to nobody.
-void clear(ContactBlock& block, std::int32_t nobody, std::int32_t waste) {
-  std::fill_n(block.lines, kBlockLanes, &no_lines[0]);
-  std::fill_n(block.a, kBlockLanes, nobody);
-  std::fill_n(block.b, kBlockLanes, nobody);
-  std::fill_n(block.a_out, kBlockLanes, waste);
-  std::fill_n(block.b_out, kBlockLanes, waste);
-  std::fill_n(block.source, kBlockLanes, -1);
-  for (ContactBlock::Point& point : block.points) std::fill_n(point.yields, kBlockLanes, 0);
+template <class Real>
+void clear(ContactBlock<Real>& block, std::int32_t nobody, std::int32_t waste) {
+  constexpr int lanes = kBlockLanes<Real>;
+  std::fill_n(block.lines, lanes, &no_lines[0]);
+  std::fill_n(block.a, lanes, nobody);
+  std::fill_n(block.b, lanes, nobody);
+  std::fill_n(block.a_out, lanes, waste);
+  std::fill_n(block.b_out, lanes, waste);
+  std::fill_n(block.source, lanes, -1);
+  for (auto& point : block.points) std::fill_n(point.yields, lanes, 0);
 }
 
 }  // namespace
 
-void ContactBlocks::make_runs() {
+template <class Real>
+void ContactBlocks<Real>::make_runs() {
   used_ = plan_.blocks();
   if (blocks_.size() < used_) blocks_.resize(used_);
   runs_.clear();
@@ -73,7 +77,8 @@ void ContactBlocks::make_runs() {
 
 /// Fetches what filling will read: constraints lie anywhere, and to wait for them takes longer than
 /// all else that it does.
-void ContactBlocks::expect(std::size_t block, int points) const {
+template <class Real>
+void ContactBlocks<Real>::expect(std::size_t block, int points) const {
   for (const std::int32_t source : plan_.lanes(block)) {
     if (source < 0) continue;
     const ContactConstraint& c = *plan_.sources()[index(source)];
@@ -81,22 +86,24 @@ void ContactBlocks::expect(std::size_t block, int points) const {
   }
 }
 /// Likewise, what its results are put in.
-void ContactBlocks::expect_results(const ContactBlock& block, int points) {
+template <class Real>
+void ContactBlocks<Real>::expect_results(const Block& block, int points) {
   for (const double* const line : block.lines) {
     fetch(line + Lines::kMasses, at(Lines::kPoints - Lines::kMasses + points * kLine, 0));
   }
 }
 
 /// Block by block, not constraint by constraint: these are smaller, and less is written elsewhere.
-void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
-                         const BodyLines& bodies, double h, double give) {
+template <class Real>
+void ContactBlocks<Real>::fill(Block& block, const Run& run, const Passes& passes,
+                               const BodyLines& bodies, double h, double give) {
   const std::int32_t waste = bodies.waste(run.task);
   const std::span<const std::int32_t> sources = plan_.lanes(number_of(block));
   if (std::ranges::find(sources, -1) != sources.end()) clear(block, bodies.nobody(), waste);
   std::ranges::copy(sources, block.source);
-  alignas(64) Row rest_loads[kBlockPoints];
+  alignas(64) typename Block::Row rest_loads[kBlockPoints];
   bool has_rested = false;
-  for (int lane = 0; lane < kBlockLanes; ++lane) {
+  for (int lane = 0; lane < Block::kLanes; ++lane) {
     if (block.source[lane] < 0) continue;
     ContactConstraint& c = *plan_.sources()[index(block.source[lane])];
     block.lines[lane] = c.n.data();
@@ -108,32 +115,35 @@ void ContactBlocks::fill(ContactBlock& block, const BlockRun& run, const Contact
     for (int i = 0; i < run.points; ++i) block.points[i].yields[lane] = i < c.count ? 1 : 0;
     if (!c.has_rested) continue;
     if (!std::exchange(has_rested, true))
-      std::ranges::fill(std::span(rest_loads[0], std::size(rest_loads) * kBlockLanes), 0);
-    for (int i = 0; i < run.points; ++i) rest_loads[i][lane] = c.rests[index(i)].load;
+      std::ranges::fill(std::span(rest_loads[0], std::size(rest_loads) * Block::kLanes), 0);
+    for (int i = 0; i < run.points; ++i)
+      rest_loads[i][lane] = static_cast<Real>(c.rests[index(i)].load);
   }
-  kernels.gather(part_of(run, &block, 1),
-                 {bodies.responses(), h, give, kPreloadExcess, has_rested ? rest_loads : nullptr});
+  passes.gather(part_of(run, &block, 1),
+                {bodies.responses(), h, give, kPreloadExcess, has_rested ? rest_loads : nullptr});
 }
 
-void ContactBlocks::note_places(const BodyLines& bodies) {
+template <class Real>
+void ContactBlocks<Real>::note_places(const BodyLines& bodies) {
   turning_.clear();
   const std::span<const std::int32_t> places = plan_.places();
   for (const std::int32_t k : plan_.heavy()) {
     const std::int32_t place = places[index(k)];
     turning_.push_back(
-        {plan_.sources()[index(k)], &blocks_[index(place / kBlockLanes)], place % kBlockLanes});
+        {plan_.sources()[index(k)], &blocks_[index(place / Block::kLanes)], place % Block::kLanes});
   }
   driven_.clear();
   if (!bodies.has_driven()) return;
   for (std::size_t k = 0; k < places.size(); ++k) {
     if (plan_.pairs()[k].a >= 0 && plan_.pairs()[k].b >= 0) continue;
-    note_driven(index(places[k] / kBlockLanes), places[k] % kBlockLanes, *plan_.sources()[k],
+    note_driven(index(places[k] / Block::kLanes), places[k] % Block::kLanes, *plan_.sources()[k],
                 bodies);
   }
 }
 
-void ContactBlocks::note_driven(std::size_t block, int lane, const ContactConstraint& c,
-                                const BodyLines& bodies) {
+template <class Real>
+void ContactBlocks<Real>::note_driven(std::size_t block, int lane, const ContactConstraint& c,
+                                      const BodyLines& bodies) {
   const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
   if (!bodies.is_driven(bodies.is_driven(a) ? a : b)) return;
   Vector arm = centre(c);
@@ -141,45 +151,52 @@ void ContactBlocks::note_driven(std::size_t block, int lane, const ContactConstr
   driven_.push_back({block, lane, bodies.is_driven(a), arm, c.n});
 }
 
-void ContactBlocks::follow_driven(const BodyLines& bodies) {
+template <class Real>
+void ContactBlocks<Real>::follow_driven(const BodyLines& bodies) {
   for (const Driven& d : driven_) {
-    ContactBlock& block = blocks_[d.block];
+    Block& block = blocks_[d.block];
     const std::int32_t a = block.a[d.lane], b = block.b[d.lane];
     set(d.is_A ? block.arm_A : block.arm_B, d.lane,
         d.is_A ? bodies.arm_now(a, b, d.arm, d.n) : bodies.arm_now(b, a, d.arm, d.n));
   }
 }
 
-void ContactBlocks::repeat_struck(Executor& executor, const ContactKernels& kernels,
-                                  BodyLines& bodies) {
-  in_order(executor, [&](const BlockRun& run) {
-    for (ContactBlock& block : std::span(run.blocks, index(run.count))) {
+template <class Real>
+void ContactBlocks<Real>::repeat_struck(Executor& executor, const Passes& passes,
+                                        BodyLines& bodies) {
+  in_order(executor, [&](const Run& run) {
+    for (Block& block : std::span(run.blocks, index(run.count))) {
       bool is_any_struck = false;
-      for (int lane = 0; lane < kBlockLanes; ++lane) {
+      for (int lane = 0; lane < Block::kLanes; ++lane) {
         const bool is_struck = bodies.is_struck(block.a[lane], block.b[lane]);
         block.part[lane] = is_struck ? 1 : 0;
         is_any_struck |= is_struck;
       }
       if (is_any_struck) {
-        kernels.repeat(part_of(run, &block, 1), bodies.velocities());
+        passes.repeat(part_of(run, &block, 1), bodies.velocities());
       }
     }
   });
 }
 
-void ContactBlocks::scale_struck(Executor& executor, const ContactKernels& kernels,
-                                 std::span<const double> shares, const BodyLines& bodies) {
-  in_any_order(executor, [&](const BlockRun& run) {
-    for (ContactBlock& block : std::span(run.blocks, index(run.count))) {
+template <class Real>
+void ContactBlocks<Real>::scale_struck(Executor& executor, const Passes& passes,
+                                       std::span<const double> shares, const BodyLines& bodies) {
+  in_any_order(executor, [&](const Run& run) {
+    for (Block& block : std::span(run.blocks, index(run.count))) {
       bool is_any_less = false;
-      for (int lane = 0; lane < kBlockLanes; ++lane) {
+      for (int lane = 0; lane < Block::kLanes; ++lane) {
         const bool is_struck = block.source[lane] >= 0 && block.part[lane] != 0;
-        block.part[lane] = is_struck ? shares[bodies.island_of(block.a[lane], block.b[lane])] : 1;
+        const double share = is_struck ? shares[bodies.island_of(block.a[lane], block.b[lane])] : 1;
+        block.part[lane] = static_cast<Real>(share);
         is_any_less |= block.part[lane] != 1;
       }
-      if (is_any_less) kernels.scale(part_of(run, &block, 1));
+      if (is_any_less) passes.scale(part_of(run, &block, 1));
     }
   });
 }
+
+template class ContactBlocks<double>;
+template class ContactBlocks<float>;
 
 }  // namespace cradle

@@ -1,4 +1,4 @@
-/// Contacts sorted into blocks of eight for the wide kernels, and back.
+/// Contacts sorted into blocks for the wide kernels, and back.
 #pragma once
 
 #include <algorithm>
@@ -14,64 +14,70 @@
 namespace cradle {
 
 /// A contact with rolling or torsional friction, and where its impulses are.
+template <class Real>
 struct PlacedContact {
   ContactConstraint* c;
-  ContactBlock* block;
+  ContactBlock<Real>* block;
   int lane;
 };
 
-inline BlockRun part_of(const BlockRun& run, ContactBlock* blocks, std::int32_t count) {
+template <class Real>
+BlockRun<Real> part_of(const BlockRun<Real>& run, ContactBlock<Real>* blocks, std::int32_t count) {
   return {blocks, count, run.points, run.joint, run.is_round, run.task};
 }
 
+template <class Real>
 class ContactBlocks {
  public:
+  using Block = ContactBlock<Real>;
+  using Run = BlockRun<Real>;
+  using Passes = BlockPasses<Real>;
+
   /// Those of `constraints` whose arms hold at the tick's start; the others are for one after
   /// another. `h`: the sub-step, s; `give`: s^2, see softness.h. Calls `filled(run)` for each
   /// block alone, side by side, while it is at hand.
   template <class F>
-  void pack(Executor& executor, const ContactKernels& kernels,
+  void pack(Executor& executor, const Passes& passes,
             std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h,
             double give, const F& filled) {
     plan_.make(executor, constraints, bodies);
     make_runs();
-    in_any_order(executor, [&](const BlockRun& run) {
-      for (ContactBlock& block : blocks_of(run)) {
+    in_any_order(executor, [&](const Run& run) {
+      for (Block& block : blocks_of(run)) {
         if (&block + 1 < run.blocks + run.count) expect(number_of(block) + 1, run.points);
-        fill(block, run, kernels, bodies, h, give);
+        fill(block, run, passes, bodies, h, give);
         filled(part_of(run, &block, 1));
       }
     });
     note_places(bodies);
   }
-  void pack(Executor& executor, const ContactKernels& kernels,
+  void pack(Executor& executor, const Passes& passes,
             std::span<ContactConstraint* const> constraints, const BodyLines& bodies, double h,
             double give) {
-    pack(executor, kernels, constraints, bodies, h, give, [](const BlockRun&) {});
+    pack(executor, passes, constraints, bodies, h, give, [](const Run&) {});
   }
   /// Arms of contacts with kinematic bodies that spin: to where the contacts are by now.
   void follow_driven(const BodyLines& bodies);
   /// The warm start of contacts of struck bodies alone.
-  void repeat_struck(Executor& executor, const ContactKernels& kernels, BodyLines& bodies);
+  void repeat_struck(Executor& executor, const Passes& passes, BodyLines& bodies);
   /// Leaves of their impulses this part, by island.
-  void scale_struck(Executor& executor, const ContactKernels& kernels,
-                    std::span<const double> shares, const BodyLines& bodies);
+  void scale_struck(Executor& executor, const Passes& passes, std::span<const double> shares,
+                    const BodyLines& bodies);
   /// The forces of the last sub-step, separations and effective masses, and what presses. Returns
   /// the largest sag of what lasts, m.
   /// Calls `f(part, block)` as `in_parts` does, for each block alone, before its results are taken.
   template <class F>
-  double unpack(Executor& executor, const ContactKernels& kernels, const BlockTaking& taking,
-                const F& f) {
+  double unpack(Executor& executor, const Passes& passes, const BlockTaking& taking, const F& f) {
     sags_.assign(parts(), {});
-    in_parts(executor, [&](std::size_t part, const BlockRun& run) {
-      for (ContactBlock& block : blocks_of(run)) {
-        const BlockRun one = part_of(run, &block, 1);
+    in_parts(executor, [&](std::size_t part, const Run& run) {
+      for (Block& block : blocks_of(run)) {
+        const Run one = part_of(run, &block, 1);
         if (&block + 1 < run.blocks + run.count) expect_results(*(&block + 1), run.points);
         f(part, one);
-        kernels.scatter(one, taking, sags_[part].by_lane);
+        passes.scatter(one, taking, sags_[part].by_lane);
       }
     });
-    double most = 0;
+    Real most = 0;
     for (const Sags& sags : sags_) most = std::max(most, std::ranges::max(sags.by_lane));
     return most;
   }
@@ -88,19 +94,19 @@ class ContactBlocks {
   /// Calls `f(run)` with parts of all runs, in any order.
   template <class F>
   void in_any_order(Executor& executor, const F& f) const {
-    in_parts(executor, [&f](std::size_t, const BlockRun& run) { f(run); });
+    in_parts(executor, [&f](std::size_t, const Run& run) { f(run); });
   }
   /// Of those that are packed; until the next ones are.
-  std::span<const PlacedContact> turning() const { return turning_; }
+  std::span<const PlacedContact<Real>> turning() const { return turning_; }
 
   /// All, in order.
-  std::span<const BlockRun> runs() const { return runs_; }
+  std::span<const Run> runs() const { return runs_; }
   /// For sums: calls `f(part, run)` for parts with as many blocks each, whatever the threads.
   template <class F>
   void in_parts(Executor& executor, const F& f) const {
     for_chunks(
         executor, used_, kBlocksAPart, [&](std::size_t part, std::size_t begin, std::size_t end) {
-          const auto ends_before = [&](const BlockRun& run) {
+          const auto ends_before = [&](const Run& run) {
             return number_of(*run.blocks) + static_cast<std::size_t>(run.count) <= begin;
           };
           auto run = std::ranges::partition_point(runs_, ends_before);
@@ -126,11 +132,11 @@ class ContactBlocks {
 
   static constexpr std::size_t kBlocksAPart = 32;
 
-  static std::span<ContactBlock> blocks_of(const BlockRun& run) {
+  static std::span<Block> blocks_of(const Run& run) {
     return {run.blocks, static_cast<std::size_t>(run.count)};
   }
 
-  std::size_t number_of(const ContactBlock& block) const {
+  std::size_t number_of(const Block& block) const {
     return static_cast<std::size_t>(&block - blocks_.data());
   }
   template <class F>
@@ -140,23 +146,26 @@ class ContactBlocks {
 
   void make_runs();
   void expect(std::size_t block, int points) const;
-  static void expect_results(const ContactBlock& block, int points);
-  void fill(ContactBlock& block, const BlockRun& run, const ContactKernels& kernels,
-            const BodyLines& bodies, double h, double give);
+  static void expect_results(const Block& block, int points);
+  void fill(Block& block, const Run& run, const Passes& passes, const BodyLines& bodies, double h,
+            double give);
   void note_places(const BodyLines& bodies);
   void note_driven(std::size_t block, int lane, const ContactConstraint& c,
                    const BodyLines& bodies);
 
-  BlockPlan plan_;
-  std::vector<ContactBlock> blocks_;  // the first `used_` of them
+  BlockPlan plan_{Block::kLanes, kMayJoin<Real>};
+  std::vector<Block> blocks_;  // the first `used_` of them
   std::size_t used_ = 0;
-  std::vector<BlockRun> runs_;  // those of the plan
-  std::vector<PlacedContact> turning_;
+  std::vector<Run> runs_;  // those of the plan
+  std::vector<PlacedContact<Real>> turning_;
   std::vector<Driven> driven_;
   struct Sags {
-    alignas(64) ContactBlock::Row by_lane;
+    alignas(64) typename Block::Row by_lane;
   };
   std::vector<Sags> sags_;  // by part
 };
+
+extern template class ContactBlocks<double>;
+extern template class ContactBlocks<float>;
 
 }  // namespace cradle

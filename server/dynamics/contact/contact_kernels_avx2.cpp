@@ -5,7 +5,9 @@
 namespace cradle {
 namespace {
 using Four = double __attribute__((vector_size(32)));
-}
-constinit const ContactKernels kContactKernels4 = contact_kernels<Four, Twin<Four>>();
+using Eight = float __attribute__((vector_size(32)));
+}  // namespace
+constinit const ContactKernels kContactKernels4 =
+    contact_kernels<Four, Eight, Twin<Four>, Twin<Eight>>();
 }  // namespace cradle
 #endif

@@ -5,7 +5,8 @@
 namespace cradle {
 namespace {
 using Eight = double __attribute__((vector_size(64)));
-}
-constinit const ContactKernels kContactKernels8 = contact_kernels<Eight>();
+using Sixteen = float __attribute__((vector_size(64)));
+}  // namespace
+constinit const ContactKernels kContactKernels8 = contact_kernels<Eight, Sixteen>();
 }  // namespace cradle
 #endif

@@ -4,7 +4,9 @@
 namespace cradle {
 namespace {
 using Two = double __attribute__((vector_size(16)));
-}
-constinit const ContactKernels kContactKernels1 = contact_kernels<double>();
-constinit const ContactKernels kContactKernels2 = contact_kernels<Two>();
+using Four = float __attribute__((vector_size(16)));
+using Sixteen = Twin<Twin<Four>>;
+}  // namespace
+constinit const ContactKernels kContactKernels1 = contact_kernels<double, Four, double, Sixteen>();
+constinit const ContactKernels kContactKernels2 = contact_kernels<Two, Four, Two, Sixteen>();
 }  // namespace cradle

@@ -20,7 +20,7 @@ CRADLE_LANES Inverse2<V> inverse(const V& xx, const V& xy, const V& yy) {
   return {yy * d, -xy * d, xx * d};
 }
 template <class V>
-CRADLE_LANES void invert_into(BlockRow* to, int lane, const V* K, const V* diagonal,
+CRADLE_LANES void invert_into(RowOf<V>* to, int lane, const V* K, const V* diagonal,
                               std::integral_constant<int, 2>) {
   const Inverse2<V> m = inverse<V>(diagonal[0], K[0], diagonal[1]);
   store(to[0] + lane, m.xx);
@@ -29,7 +29,7 @@ CRADLE_LANES void invert_into(BlockRow* to, int lane, const V* K, const V* diago
 }
 /// [A B; B^T D] by the inverse of A and of D - B^T A^-1 B.
 template <class V>
-CRADLE_LANES void invert_into(BlockRow* to, int lane, const V* K, const V* diagonal,
+CRADLE_LANES void invert_into(RowOf<V>* to, int lane, const V* K, const V* diagonal,
                               std::integral_constant<int, 4>) {
   const V b00 = K[1], b01 = K[2], b10 = K[3], b11 = K[4];
   const Inverse2<V> A = inverse<V>(diagonal[0], K[0], diagonal[1]);
@@ -60,7 +60,7 @@ constexpr int joined(int i, int j) {
 
 /// The matrices of joint solving; after `yields` and `coupling`.
 template <class V, int points>
-CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Softness& softness) {
+CRADLE_LANES void invert(BlockOf<V>& c, int lane, const V* is_there, const Softness& softness) {
   const V mass_scale = fill<V>(softness.mass_scale);
   const V impulse_scale = fill<V>(softness.impulse_scale);
   V K[6], own[points], soft[points], hard[points], sum{}, number{};
@@ -73,7 +73,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
     sum = sum + own[i];
     number = number + is_there[i];
   }
-  const V eps = 1e-6 * sum / larger<V>(number, fill<V>(1));
+  const V eps = fill<V>(1e-6) * sum / larger<V>(number, fill<V>(1));
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
     hard[i] = select(is_there[i] > V{}, own[i] + eps, fill<V>(1));
@@ -86,7 +86,7 @@ CRADLE_LANES void invert(ContactBlock& c, int lane, const V* is_there, const Sof
 
 /// After `response_t`.
 template <class V, int points>
-CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
+CRADLE_LANES void invert_t(BlockOf<V>& c, int lane, const V* is_there) {
   V number{}, lever2{};
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {
@@ -113,7 +113,7 @@ CRADLE_LANES void invert_t(ContactBlock& c, int lane, const V* is_there) {
 
 /// The masses that impulses meet.
 template <class V, int points, class Inertia>
-CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Softness& soft,
+CRADLE_LANES void prepare_lanes(BlockOf<V>& c, int lane, bool joint, const Softness& soft,
                                 const BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
   const Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
@@ -147,7 +147,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
       store(c.coupling[coupled(i, j)] + lane, select(is_there[i] * is_there[j] > V{}, K, V{}));
     }
   }
-  if constexpr (points > 1) {
+  if constexpr (points > 1 && kMayJoin<NumberOf<V>>) {
     if (joint) invert<V, points>(c, lane, is_there, soft);
   }
 
@@ -165,7 +165,7 @@ CRADLE_LANES void prepare_lanes(ContactBlock& c, int lane, bool joint, const Sof
   store(c.response_t[3] + lane, h22);
   store(c.response_t[4] + lane, h2n);
   store(c.response_t[5] + lane, hnn);
-  if constexpr (points > 1) {
+  if constexpr (points > 1 && kMayJoin<NumberOf<V>>) {
     if (joint) invert_t<V, points>(c, lane, is_there);
   }
   CRADLE_UNROLLED

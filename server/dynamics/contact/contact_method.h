@@ -33,7 +33,7 @@ namespace cradle {
 namespace {
 
 template <class V, int points, class Inertia>
-CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& part,
+CRADLE_LANES void warm_start_lanes(const BlockOf<V>& c, int lane, const V& part,
                                    BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
@@ -53,7 +53,7 @@ CRADLE_LANES void warm_start_lanes(const ContactBlock& c, int lane, const V& par
 /// The change of a normal impulse, once it is kept from pulling; the velocities of the points after
 /// this one feel it.
 template <class V, int points>
-CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, V* vn,
+CRADLE_LANES void add_normal(BlockOf<V>& c, int lane, int i, const V& change, V* vn,
                              Wrench<V, points>& wrench) {
   const V old = at<V>(c.points[i].lambda, lane);
   const V lambda = larger<V>(old + change, V{});
@@ -69,7 +69,7 @@ CRADLE_LANES void add_normal(ContactBlock& c, int lane, int i, const V& change, 
 /// All normal impulses at once, for the residual r. True where none would pull; elsewhere they have
 /// gone as far as none does.
 template <class V, int points>
-CRADLE_LANES auto add_normals(ContactBlock& c, int lane, const BlockRow* G, const V* r, V* vn,
+CRADLE_LANES auto add_normals(BlockOf<V>& c, int lane, const RowOf<V>* G, const V* r, V* vn,
                               Wrench<V, points>& wrench) {
   V old[points], change[points], reach = fill<V>(1);
   CRADLE_UNROLLED
@@ -118,19 +118,18 @@ template <class V>
 CRADLE_LANES V bias_of(const SubStep& step, const Soft<V>& soft, const V& s, const V& yields,
                        const V& lambda) {
   // max(ms br s, -(limit + is K lambda))
-  const V limit = larger<V>(fill<V>(step.push_speed), -step.push_rate * s);
+  const V limit = larger<V>(fill<V>(step.push_speed), fill<V>(-step.push_rate) * s);
   return larger<V>(yields * (soft.mass_scale * soft.bias_rate * s),
                    -(yields * limit + soft.impulse_scale * lambda));
 }
 
 template <class V, int points, bool joint, class Inertia>
-CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
-                              BodyLine* velocities) {
+CRADLE_LANES void solve_lanes(BlockOf<V>& c, int lane, const SubStep& step, BodyLine* velocities) {
   const Frame<V> f = frame_at<V>(c, lane);
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, twist_of(f, bodies), vn);
-  const V haste = step.rate * at<V>(c.gap_haste, lane);
+  const V haste = fill<V>(step.rate) * at<V>(c.gap_haste, lane);
   if (are_idle<V, points>(c, lane, vn, haste)) return;
   const Soft<V> soft{fill<V>(step.soft.mass_scale), fill<V>(step.soft.impulse_scale),
                      fill<V>(step.soft.bias_rate)};
@@ -169,8 +168,7 @@ CRADLE_LANES void solve_lanes(ContactBlock& c, int lane, const SubStep& step,
 
 /// First order in the turns since the tick's start.
 template <class V, int points>
-CRADLE_LANES void separations(ContactBlock& c, int lane, const Frame<V>& f,
-                              const BodyLine* motions) {
+CRADLE_LANES void separations(BlockOf<V>& c, int lane, const Frame<V>& f, const BodyLine* motions) {
   const Twist<V> A = load_lines<V>(motions, c.a + lane), B = load_lines<V>(motions, c.b + lane);
   const Triple<V> arm_A = at3<V>(c.arm_A, lane), arm_B = at3<V>(c.arm_B, lane);
   const V Sn = dot(f.n, B.linear + cross(B.angular, arm_B) - A.linear - cross(A.angular, arm_A));
@@ -190,7 +188,7 @@ CRADLE_LANES void separations(ContactBlock& c, int lane, const Frame<V>& f,
 
 /// True where all points stick by the friction that stops them at once; that is theirs then.
 template <class V, int points>
-CRADLE_LANES auto stick(ContactBlock& c, int lane, const V& V1, const V& V2, const V& Wn,
+CRADLE_LANES auto stick(BlockOf<V>& c, int lane, const V& V1, const V& V2, const V& Wn,
                         Wrench<V, points>& wrench) {
   const Triple<V> F = symmetric_at<V>(c.inverse_t, lane) * Triple<V>{V1, V2, Wn};
   const V share = at<V>(c.share, lane), turn = F.z * at<V>(c.lever_share, lane);
@@ -220,7 +218,7 @@ CRADLE_LANES auto stick(ContactBlock& c, int lane, const V& V1, const V& V2, con
 }
 
 template <class V, int points, bool joint, class Inertia>
-CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, Inertia>& bodies) {
+CRADLE_LANES void rub(BlockOf<V>& c, int lane, const Frame<V>& f, Bodies<V, Inertia>& bodies) {
   const RelativeTwist<V> twist = twist_of(f, bodies);
   V V1 = twist.V1, V2 = twist.V2, Wn = twist.Wn;
   Wrench<V, points> wrench;
@@ -261,14 +259,14 @@ CRADLE_LANES void rub(ContactBlock& c, int lane, const Frame<V>& f, Bodies<V, In
 }
 
 template <class V, int points, bool joint, class Inertia>
-CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, BodyLine* velocities,
+CRADLE_LANES void relax_lanes(BlockOf<V>& c, int lane, const SubStep& step, BodyLine* velocities,
                               const BodyLine* motions) {
   const Frame<V> f = frame_at<V>(c, lane);
   separations<V, points>(c, lane, f, motions);
   Bodies<V, Inertia> bodies = bodies_at<V, Inertia>(c, lane, velocities);
   V vn[points];
   normal_velocities<V, points>(c, lane, twist_of(f, bodies), vn);
-  const V haste = step.rate * at<V>(c.gap_haste, lane);
+  const V haste = fill<V>(step.rate) * at<V>(c.gap_haste, lane);
   if (are_idle<V, points>(c, lane, vn, haste)) return;
   Wrench<V, points> wrench;
   decltype(vn[0] == vn[0]) is_done{};
@@ -298,10 +296,13 @@ CRADLE_LANES void relax_lanes(ContactBlock& c, int lane, const SubStep& step, Bo
 
 // Passes over blocks.
 
+template <class V>
+using RunOf = BlockRun<NumberOf<V>>;
+
 template <class V, class F>
-CRADLE_LANES void for_lanes(const BlockRun& run, F&& f) {
+CRADLE_LANES void for_lanes(const RunOf<V>& run, F&& f) {
   for (int k = 0; k < run.count; ++k) {
-    for (int lane = 0; lane < kBlockLanes; lane += kLanes<V>) f(run.blocks[k], lane);
+    for (int lane = 0; lane < BlockOf<V>::kLanes; lane += kLanes<V>) f(run.blocks[k], lane);
   }
 }
 template <int points, bool joint>
@@ -310,16 +311,17 @@ struct Kind {
   static constexpr bool kJoint = joint;
 };
 /// Calls `f(kind)`.
-template <class F>
-CRADLE_LANES void by_kind(const BlockRun& run, F&& f) {
+template <class Real, class F>
+CRADLE_LANES void by_kind(const BlockRun<Real>& run, F&& f) {
   if (run.points == 1) return f(Kind<1, false>{});
+  if constexpr (!kMayJoin<Real>) return run.points == 2 ? f(Kind<2, false>{}) : f(Kind<4, false>{});
   if (run.points == 2) return run.joint ? f(Kind<2, true>{}) : f(Kind<2, false>{});
   return run.joint ? f(Kind<4, true>{}) : f(Kind<4, false>{});
 }
 
 /// Calls `f(kind, inertia)`.
 template <class V, class F>
-CRADLE_LANES void by_inertia(const BlockRun& run, F&& f) {
+CRADLE_LANES void by_inertia(const RunOf<V>& run, F&& f) {
   by_kind(run, [&](auto kind) CRADLE_LAMBDA {
     if (run.is_round) {
       f(kind, Round<V>{});
@@ -331,93 +333,103 @@ CRADLE_LANES void by_inertia(const BlockRun& run, F&& f) {
 
 template <class V>
 struct Passes {
-  static void gather(const BlockRun& run, const BlockFilling& filling) {
+  using Real = NumberOf<V>;
+  using Run = BlockRun<Real>;
+  static void gather(const Run& run, const BlockFilling<Real>& filling) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         fill_lanes<V, kind.kPoints>(c, lane, run.is_round, filling);
       });
     });
   }
-  static void scatter(const BlockRun& run, const BlockTaking& taking, double* sag) {
+  static void scatter(const Run& run, const BlockTaking& taking, Real* sag) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](const ContactBlock& c, int lane)
+      for_lanes<V>(run, [&](const BlockOf<V>& c, int lane)
                             CRADLE_LAMBDA { take_lanes<V, kind.kPoints>(c, lane, taking, sag); });
     });
   }
-  static void prepare(const BlockRun& run, const Softness& soft, const BodyLine* velocities) {
+  static void prepare(const Run& run, const Softness& soft, const BodyLine* velocities) {
     by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         prepare_lanes<V, kind.kPoints, decltype(inertia)>(c, lane, run.joint, soft, velocities);
       });
     });
   }
-  static void warm_start(const BlockRun& run, BodyLine* velocities) {
+  static void warm_start(const Run& run, BodyLine* velocities) {
     by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         warm_start_lanes<V, kind.kPoints, decltype(inertia)>(c, lane, fill<V>(1), velocities);
       });
     });
   }
-  static void repeat(const BlockRun& run, BodyLine* velocities) {
+  static void repeat(const Run& run, BodyLine* velocities) {
     by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         warm_start_lanes<V, kind.kPoints, decltype(inertia)>(c, lane, at<V>(c.part, lane),
                                                              velocities);
       });
     });
   }
-  static void scale(const BlockRun& run) {
-    for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+  static void scale(const Run& run) {
+    for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
       const V part = at<V>(c.part, lane);
       for (int i = 0; i < run.points; ++i) {
         auto& point = c.points[i];
-        for (BlockRow* row : {&point.lambda, &point.lambda_1, &point.lambda_2}) {
+        for (RowOf<V>* row : {&point.lambda, &point.lambda_1, &point.lambda_2}) {
           store(*row + lane, part * at<V>(*row, lane));
         }
       }
     });
   }
-  static void solve(const BlockRun& run, const SubStep& step, BodyLine* velocities) {
+  static void solve(const Run& run, const SubStep& step, BodyLine* velocities) {
     by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         solve_lanes<V, kind.kPoints, kind.kJoint, decltype(inertia)>(c, lane, step, velocities);
       });
     });
   }
-  static void relax(const BlockRun& run, const SubStep& step, BodyLine* velocities,
+  static void relax(const Run& run, const SubStep& step, BodyLine* velocities,
                     const BodyLine* motions) {
     by_inertia<V>(run, [&](auto kind, auto inertia) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         relax_lanes<V, kind.kPoints, kind.kJoint, decltype(inertia)>(c, lane, step, velocities,
                                                                      motions);
       });
     });
   }
-  static void judge(const BlockRun& run, const SubStep& step, const BodyLine* velocities,
-                    ContactTally& tally) {
+  static void judge(const Run& run, const SubStep& step, const BodyLine* velocities,
+                    ContactTally<Real>& tally) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](const ContactBlock& c, int lane) CRADLE_LAMBDA {
+      for_lanes<V>(run, [&](const BlockOf<V>& c, int lane) CRADLE_LAMBDA {
         judge_lanes<V, kind.kPoints>(c, lane, step, velocities, tally);
       });
     });
   }
-  static void work(const BlockRun& run, const BodyLine* means, ContactWork& work) {
+  static void work(const Run& run, const BodyLine* means, ContactWork<Real>& work) {
     by_kind(run, [&](auto kind) CRADLE_LAMBDA {
-      for_lanes<V>(run, [&](const ContactBlock& c, int lane)
+      for_lanes<V>(run, [&](const BlockOf<V>& c, int lane)
                             CRADLE_LAMBDA { work_lanes<V, kind.kPoints>(c, lane, means, work); });
     });
   }
 };
 
-/// `W`: what passes work on at a time that do not wait for memory.
-template <class V, class W = V>
-constexpr ContactKernels contact_kernels() {
+/// `W`: what passes work on at a time that do not wait for memory. Of floats a whole block: they
+/// round the velocities of all that they store, also of those that nothing changes.
+template <class V, class W>
+constexpr BlockPasses<NumberOf<V>> block_passes() {
+  static_assert(!kIsFloats<V> || kLanes<W> == BlockOf<V>::kLanes);
   using P = Passes<V>;
   using Q = Passes<W>;
-  using B = BodyPasses<V>;
-  return {kLanes<V>, B::load,    B::look,    B::move,       B::average,
-          P::gather, P::scatter, Q::prepare, Q::warm_start, Q::repeat,
+  return {P::gather, P::scatter, Q::prepare, Q::warm_start, Q::repeat,
           P::scale,  Q::solve,   Q::relax,   Q::judge,      Q::work};
+}
+
+/// Of doubles `V` and floats `F`; `W` and `G` as `W` above.
+template <class V, class F, class W = V, class G = F>
+constexpr ContactKernels contact_kernels() {
+  using B = BodyPasses<V>;
+  return {kLanes<V>,           B::load, B::look, B::move, B::average, block_passes<V, W>(),
+          block_passes<F, G>()};
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ CRADLE_LANES RelativeTwist<V> twist_of(const Frame<V>& f, const Bodies<V, Inerti
 
 /// Normal velocities of the points.
 template <class V, int points>
-CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const RelativeTwist<V>& twist,
+CRADLE_LANES void normal_velocities(const BlockOf<V>& c, int lane, const RelativeTwist<V>& twist,
                                     V* vn) {
   if constexpr (points == 1) {
     vn[0] = twist.Vn;
@@ -37,7 +37,7 @@ CRADLE_LANES void normal_velocities(const ContactBlock& c, int lane, const Relat
 /// Whether no point of any lane carries, rubs or will: gaps that do not close in the sub-step. To
 /// solve them would change nothing then.
 template <class V, int points>
-CRADLE_LANES bool are_idle(const ContactBlock& c, int lane, const V* vn, const V& haste) {
+CRADLE_LANES bool are_idle(const BlockOf<V>& c, int lane, const V* vn, const V& haste) {
   auto is_idle = haste == haste;
   CRADLE_UNROLLED
   for (int i = 0; i < points; ++i) {

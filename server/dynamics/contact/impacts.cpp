@@ -287,7 +287,7 @@ void Impacts::rub(Point& point) {
   push_back(point.A.line, point.p->rA, -given);
   push_back(point.B.line, point.c->rB(*point.p), given);
   if (point.c->turns_heavily()) {
-    TurningContact(*point.c, *bodies_, nullptr, 0).rub_at_impact(*bodies_, point.impulse);
+    TurningContact(*point.c, *bodies_).rub_at_impact(*bodies_, point.impulse);
   }
 }
 

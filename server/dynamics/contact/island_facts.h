@@ -19,9 +19,9 @@ inline constexpr double kRestTicks = 2;
 /// Of an island's contacts that carry, one in so many may do so on some of its points only: of two
 /// blocks in three one then does, and all that was done for points together was in vain (T2 of the
 /// benchmark).
-inline constexpr int kCarryPerAskew = kBlockLanes;
+inline constexpr int kCarryPerAskew = kBlockLanes<double>;
 /// But for so many of them: the points of a few bodies are solved together in any case.
-inline constexpr int kFewAskew = 2 * kBlockLanes;
+inline constexpr int kFewAskew = 2 * kBlockLanes<double>;
 
 /// Of each body by itself, when the tick begins.
 struct BodyMotion {
@@ -50,6 +50,7 @@ ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
 /// And of an island, what there is to know of its bodies and contacts, and what was chosen.
 struct IslandFacts {
   int contacts = 0;
+  int points = 0;                           ///< contacts of one point
   int excess = 0;                           ///< of deep contacts, three times, over others
   int askew = -kFewAskew * kCarryPerAskew;  ///< contacts that are, over the rest
   bool has_past = false;                    ///< it has been pressed before
@@ -58,6 +59,7 @@ struct IslandFacts {
   bool is_driven = false, is_free = false;  ///< a body of it is
   bool is_slow = false, moves = false;      ///< its bodies, in the mean
   bool is_in_turmoil = false;               ///< demands.h
+  bool in_floats = false;                   ///< likewise
   Past past = Past::none;
   double way = 0;           ///< m, in the tick, of its bodies in the mean
   double relative_way = 0;  ///< likewise, of its contacts; until all are added, their sum
@@ -76,6 +78,7 @@ struct IslandFacts {
   /// Neighbours, in numbers first: one after the other they would wait for each other.
   void add(std::span<const ContactLook> looks) {
     int pressed = 0, known = 0, lying_askew = 0, driven = 0, deep = 0, rested = 0;
+    int single = 0;
     for (const ContactLook& look : looks) {
       pressed += look.was_pressed ? 1 : 0;
       known += look.is_known ? 1 : 0;
@@ -83,10 +86,12 @@ struct IslandFacts {
       driven += look.is_driven ? 1 : 0;
       deep += look.is_deep ? 1 : 0;
       rested += look.has_rested ? 1 : 0;
+      single += look.is_single ? 1 : 0;
       relative_way += look.relative_way;
     }
     const int all = static_cast<int>(looks.size());
     contacts += all;
+    points += single;
     has_past |= pressed > 0;
     if (known > 0) past = Past::lasts;
     lies_askew |= lying_askew > 0;
@@ -95,6 +100,8 @@ struct IslandFacts {
     askew += kCarryPerAskew * lying_askew - pressed;
     excess += 4 * deep - all;
   }
+  /// Its points are solved one after another.
+  bool is_heap() const { return askew > 0; }
 };
 
 }  // namespace cradle

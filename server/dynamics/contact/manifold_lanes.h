@@ -3,8 +3,8 @@
 
 #include <type_traits>
 
-#include "server/collision/lanes.h"
 #include "server/dynamics/contact/contact_block.h"
+#include "server/dynamics/contact/line_lanes.h"
 
 namespace cradle {
 namespace {
@@ -18,7 +18,7 @@ struct Twist {
   V inverse_mass, inverse_moment;
 };
 
-constexpr int kLineDoubles = sizeof(BodyLine) / sizeof(double);
+static_assert(sizeof(BodyLine) == kLineNumbers * sizeof(double));
 
 template <class Line>
 CRADLE_LANES auto numbers_of(Line* line) {
@@ -30,37 +30,27 @@ CRADLE_LANES auto numbers_of(Line* line) {
 }
 template <class V>
 CRADLE_LANES void load_rows(V* rows, const BodyLine* lines, const std::int32_t* at) {
-  constexpr int n = kLanes<V>;
-  CRADLE_UNROLLED
-  for (int part = 0; part < kLineDoubles / n; ++part) {
-    load_transposed(rows + part * n,
-                    [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]) + part * n; });
-  }
+  load_line_rows(rows, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]); });
 }
 template <class V>
 CRADLE_LANES void load_rows(Twin<V>* rows, const BodyLine* lines, const std::int32_t* at) {
-  V lo[kLineDoubles], hi[kLineDoubles];
+  V lo[kLineNumbers], hi[kLineNumbers];
   load_rows(lo, lines, at);
   load_rows(hi, lines, at + kLanes<V>);
   CRADLE_UNROLLED
-  for (int k = 0; k < kLineDoubles; ++k) rows[k] = {lo[k], hi[k]};
+  for (int k = 0; k < kLineNumbers; ++k) rows[k] = {lo[k], hi[k]};
 }
 template <class V>
 CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) {
-  V r[kLineDoubles];
+  V r[kLineNumbers];
   load_rows(r, lines, at);
   return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[kInverseMass], r[kInverseMoment]};
 }
 template <class V>
 CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<V>& twist) {
-  constexpr int n = kLanes<V>;
-  V r[kLineDoubles] = {twist.linear.x,  twist.linear.y,  twist.linear.z,     twist.angular.x,
+  V r[kLineNumbers] = {twist.linear.x,  twist.linear.y,  twist.linear.z,     twist.angular.x,
                        twist.angular.y, twist.angular.z, twist.inverse_mass, twist.inverse_moment};
-  CRADLE_UNROLLED
-  for (int part = 0; part < kLineDoubles / n; ++part) {
-    store_transposed(r + part * n,
-                     [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]) + part * n; });
-  }
+  store_line_rows(r, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]); });
 }
 template <class V>
 CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<Twin<V>>& t) {
@@ -77,14 +67,17 @@ CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twi
 
 // A manifold in a lane.
 
-using BlockRow = ContactBlock::Row;
+template <class V>
+using BlockOf = ContactBlock<NumberOf<V>>;
+template <class V>
+using RowOf = typename BlockOf<V>::Row;
 
 template <class V>
-CRADLE_LANES V at(const BlockRow& row, int lane) {
+CRADLE_LANES V at(const RowOf<V>& row, int lane) {
   return load<V>(row + lane);
 }
 template <class V>
-CRADLE_LANES Triple<V> at3(const BlockRow* rows, int lane) {
+CRADLE_LANES Triple<V> at3(const RowOf<V>* rows, int lane) {
   return {load<V>(rows[0] + lane), load<V>(rows[1] + lane), load<V>(rows[2] + lane)};
 }
 
@@ -93,7 +86,7 @@ struct Symmetric {
   V xx, xy, xz, yy, yz, zz;
 };
 template <class V>
-CRADLE_LANES Symmetric<V> symmetric_at(const BlockRow* rows, int lane) {
+CRADLE_LANES Symmetric<V> symmetric_at(const RowOf<V>* rows, int lane) {
   return {at<V>(rows[0], lane), at<V>(rows[1], lane), at<V>(rows[2], lane),
           at<V>(rows[3], lane), at<V>(rows[4], lane), at<V>(rows[5], lane)};
 }
@@ -113,11 +106,11 @@ CRADLE_LANES Triple<V> operator*(const Round<V>& m, const Triple<V>& a) {
   return m.moment * a;
 }
 template <class V>
-CRADLE_LANES void set_inertia(Round<V>& m, const Twist<V>& body, const BlockRow*, int) {
+CRADLE_LANES void set_inertia(Round<V>& m, const Twist<V>& body, const RowOf<V>*, int) {
   m.moment = body.inverse_moment;
 }
 template <class V>
-CRADLE_LANES void set_inertia(Symmetric<V>& m, const Twist<V>&, const BlockRow* rows, int lane) {
+CRADLE_LANES void set_inertia(Symmetric<V>& m, const Twist<V>&, const RowOf<V>* rows, int lane) {
   m = symmetric_at<V>(rows, lane);
 }
 
@@ -126,7 +119,7 @@ struct Frame {
   Triple<V> n, t1, t2;
 };
 template <class V>
-CRADLE_LANES Frame<V> frame_at(const ContactBlock& c, int lane) {
+CRADLE_LANES Frame<V> frame_at(const BlockOf<V>& c, int lane) {
   const Triple<V> n = at3<V>(c.n, lane), t1 = at3<V>(c.t1, lane);
   return {n, t1, cross(n, t1)};
 }
@@ -155,7 +148,7 @@ struct Bodies {
   }
 };
 template <class V, class Inertia>
-CRADLE_LANES Bodies<V, Inertia> bodies_at(const ContactBlock& c, int lane,
+CRADLE_LANES Bodies<V, Inertia> bodies_at(const BlockOf<V>& c, int lane,
                                           const BodyLine* velocities) {
   Bodies<V, Inertia> bodies{load_lines<V>(velocities, c.a + lane),
                             load_lines<V>(velocities, c.b + lane),
@@ -168,7 +161,7 @@ CRADLE_LANES Bodies<V, Inertia> bodies_at(const ContactBlock& c, int lane,
   return bodies;
 }
 template <class V, class Inertia>
-CRADLE_LANES void store_bodies(const ContactBlock& c, int lane, const Bodies<V, Inertia>& bodies,
+CRADLE_LANES void store_bodies(const BlockOf<V>& c, int lane, const Bodies<V, Inertia>& bodies,
                                BodyLine* velocities) {
   store_lines(velocities, c.a_out + lane, bodies.A);
   store_lines(velocities, c.b_out + lane, bodies.B);

@@ -85,10 +85,11 @@ SubStep sub_step_of(double h, double h_c) {
 
 double push_speed() { return kSoftTolerances.push_speed; }
 
-void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
-                        std::span<const Matrix> inverse_inertia_W,
-                        std::span<ContactConstraint* const> constraints, Past past) {
-  kernels_ = &contact_kernels_of(tick.lanes);
+template <class Real>
+void SoftBatch<Real>::advance(const ContactTick& tick, const BodyArrays& arrays,
+                              std::span<const Matrix> inverse_inertia_W,
+                              std::span<ContactConstraint* const> constraints, Past past) {
+  passes_ = &contact_kernels_of(tick.lanes).of<Real>();
   executor_ = tick.executor;
   const double h_c = tick.dt / tick.stiff_as;
   give_ = give_of(1, h_c);
@@ -119,15 +120,15 @@ void SoftBatch::advance(const ContactTick& tick, const BodyArrays& arrays,
 }
 
 /// And how well they do.
-void SoftBatch::take_results() {
+template <class Real>
+void SoftBatch<Real>::take_results() {
   tallies_.assign(blocks_.parts(), {});
-  const auto judge = [this](std::size_t part, const BlockRun& run) {
-    kernels_->judge(run, step_, bodies_.velocities(), tallies_[part]);
+  const auto judge = [this](std::size_t part, const Run& run) {
+    passes_->judge(run, step_, bodies_.velocities(), tallies_[part]);
   };
-  sag_m_ =
-      blocks_.unpack(*executor_, *kernels_, {step_.h, kPressGrowth, kPressDecay, give_}, judge);
+  sag_m_ = blocks_.unpack(*executor_, *passes_, {step_.h, kPressGrowth, kPressDecay, give_}, judge);
   residual_ = {};
-  for (const ContactTally& tally : tallies_) residual_.add(tally);
+  for (const auto& tally : tallies_) residual_.add(tally);
   for (ContactConstraint* c : singles_) {
     SingleContact(*c, bodies_).judge(step_, residual_);
     for (ConstraintPoint& p : c->used()) {
@@ -139,11 +140,12 @@ void SoftBatch::take_results() {
 }
 
 /// Into blocks; single contacts, and those with restitution.
-void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
-  const auto prepare = [this](const BlockRun& run) {
-    kernels_->prepare(run, step_.soft, bodies_.velocities());
+template <class Real>
+void SoftBatch<Real>::sort(std::span<ContactConstraint* const> constraints) {
+  const auto prepare = [this](const Run& run) {
+    passes_->prepare(run, step_.soft, bodies_.velocities());
   };
-  blocks_.pack(*executor_, *kernels_, constraints, bodies_, step_.h, give_, prepare);
+  blocks_.pack(*executor_, *passes_, constraints, bodies_, step_.h, give_, prepare);
   is_special_.resize(constraints.size());
   for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
     expect_next(constraints, k);
@@ -168,45 +170,48 @@ void SoftBatch::sort(std::span<ContactConstraint* const> constraints) {
     turning_.emplace_back(*c, bodies_, block, lane);
   }
   for (ContactConstraint* c : singles_) {
-    if (c->turns_heavily()) turning_.emplace_back(*c, bodies_, nullptr, 0);
+    if (c->turns_heavily()) turning_.emplace_back(*c, bodies_);
   }
   impacts_.begin(bouncing_, bodies_);
 }
 
-void SoftBatch::warm_start() {
-  blocks_.in_order(
-      *executor_, [this](const BlockRun& run) { kernels_->warm_start(run, bodies_.velocities()); });
+template <class Real>
+void SoftBatch<Real>::warm_start() {
+  blocks_.in_order(*executor_,
+                   [this](const Run& run) { passes_->warm_start(run, bodies_.velocities()); });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).warm_start();
   for (TurningContact& turning : turning_) turning.warm_start(bodies_, step_.h);
   bodies_.find_struck(step_.h, kSoftTolerances.smooth_factor);
 }
 
 /// A blow does not come again: body_repeats.cpp.
-void SoftBatch::limit_repeats() {
+template <class Real>
+void SoftBatch<Real>::limit_repeats() {
   if (bodies_.has_struck()) bodies_.forgive_struck();
   if (!bodies_.has_struck()) return;
   bodies_.begin_repeats();
-  blocks_.repeat_struck(*executor_, *kernels_, bodies_);
+  blocks_.repeat_struck(*executor_, *passes_, bodies_);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).repeat_struck();
   for (const TurningContact& turning : turning_) turning.repeat_struck(bodies_);
   bodies_.end_repeats();
   const std::span<const double> shares = bodies_.limit_repeats();
   if (shares.empty()) return;
-  blocks_.scale_struck(*executor_, *kernels_, shares, bodies_);
+  blocks_.scale_struck(*executor_, *passes_, shares, bodies_);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).scale_struck(shares);
   for (TurningContact& turning : turning_) turning.scale_struck(shares, bodies_);
 }
 
-void SoftBatch::solve() {
-  blocks_.in_order(*executor_, [this](const BlockRun& run) {
-    kernels_->solve(run, step_, bodies_.velocities());
-  });
+template <class Real>
+void SoftBatch<Real>::solve() {
+  blocks_.in_order(*executor_,
+                   [this](const Run& run) { passes_->solve(run, step_, bodies_.velocities()); });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).solve(step_);
 }
 
-void SoftBatch::relax() {
-  blocks_.in_order(*executor_, [this](const BlockRun& run) {
-    kernels_->relax(run, step_, bodies_.velocities(), bodies_.motions());
+template <class Real>
+void SoftBatch<Real>::relax() {
+  blocks_.in_order(*executor_, [this](const Run& run) {
+    passes_->relax(run, step_, bodies_.velocities(), bodies_.motions());
   });
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).relax(step_);
   for (TurningContact& turning : turning_) turning.rub(bodies_);
@@ -214,18 +219,22 @@ void SoftBatch::relax() {
 
 /// Normal impulses take energy, all together: of two bodies between others, one may well get what
 /// the other loses. Where they give, that is nobody's.
-void SoftBatch::add_work() {
+template <class Real>
+void SoftBatch<Real>::add_work() {
   bodies_.take_means(step_.h);
   works_.assign(blocks_.parts(), {});
-  blocks_.in_parts(*executor_, [this](std::size_t part, const BlockRun& run) {
-    kernels_->work(run, bodies_.means(), works_[part]);
+  blocks_.in_parts(*executor_, [this](std::size_t part, const Run& run) {
+    passes_->work(run, bodies_.means(), works_[part]);
   });
   ContactBalance given;
-  for (const ContactWork& work : works_) given.add(work);
+  for (const auto& work : works_) given.add(work);
   for (ContactConstraint* c : singles_) SingleContact(*c, bodies_).add_work(given);
   for (const TurningContact& turning : turning_) turning.add_work(bodies_, given);
   given.impacts_J = std::min(given.impacts_J, 0.0);
   balance_.add(given);
 }
+
+template class SoftBatch<double>;
+template class SoftBatch<float>;
 
 }  // namespace cradle

@@ -23,7 +23,10 @@ enum class Past : std::uint8_t { lasts, parts, changes, none, rests };
 inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past::none,
                                    Past::rests};
 
-/// Owns no bodies; keeps its memory from batch to batch.
+/// Its contacts are solved in double or in single precision. What bodies and contacts have is in
+/// doubles before and after each pass, so that only impulses are rounded. Owns no bodies; keeps its
+/// memory from batch to batch.
+template <class Real>
 class SoftBatch {
  public:
   /// As ContactSolver::advance; `tick.sub_steps` and `tick.stiff_as` hold.
@@ -49,21 +52,25 @@ class SoftBatch {
   void add_work();
   void take_results();
 
-  const ContactKernels* kernels_ = nullptr;
+  using Run = BlockRun<Real>;
+  const BlockPasses<Real>* passes_ = nullptr;
   Executor* executor_ = nullptr;
   SubStep step_{};
   double give_ = 0;  // s^2: softness.h
   BodyLines bodies_;
-  ContactBlocks blocks_;
+  ContactBlocks<Real> blocks_;
   std::vector<std::uint8_t> is_special_;  // by constraint: single, or bounces
   std::vector<ContactConstraint*> singles_, bouncing_;
   std::vector<TurningContact> turning_;
   Impacts impacts_;
-  std::vector<ContactWork> works_;  // by part of the blocks
-  std::vector<ContactTally> tallies_;
+  std::vector<ContactWork<Real>> works_;  // by part of the blocks
+  std::vector<ContactTally<Real>> tallies_;
   double paid_J_ = 0, sag_m_ = 0;
   ContactResidual residual_;
   ContactBalance balance_;
 };
+
+extern template class SoftBatch<double>;
+extern template class SoftBatch<float>;
 
 }  // namespace cradle

@@ -28,8 +28,9 @@ namespace {
 /// of one tick's fall takes them. Half of that, what they fall from rest, is no way of an island
 /// that moves.
 constexpr double kSlowTicks = 1, kSinkTicks = 0.5;
-/// While they go farther than that part of it, many points may be preloaded (demands.h): what is
-/// nearly at rest is not to be kept in motion by that (T5 of the benchmark, after 25 s).
+/// While they go farther than that part of it, many points may be preloaded, and large heaps are
+/// solved in single precision (demands.h): what is nearly at rest is not to be kept in motion by
+/// that (T2 of the benchmark after 10 s, T5 after 25 s).
 constexpr double kPreloadTicks = 0.1;
 
 /// Constraints that are worth a thread, of some tens of nanoseconds each.
@@ -128,8 +129,9 @@ class SoftStep final : public SoftSolver {
       facts.is_slow = facts.way <= kSlowTicks * fall;
       facts.moves = facts.way > kPreloadTicks * fall;
       facts.relative_way /= std::max(facts.contacts, 1);
-      facts.is_in_turmoil =
-          facts.contacts > kLargeHeap && facts.relative_way > kTurmoilTicks * fall;
+      const bool is_large = facts.contacts > kLargeHeap;
+      facts.is_in_turmoil = is_large && facts.relative_way > kTurmoilTicks * fall;
+      facts.in_floats = is_large && facts.moves && (facts.is_heap() || facts.points > kLargeHeap);
       facts.way = std::max(facts.way - kSinkTicks * fall, 0.0);
     }
   }
@@ -257,14 +259,16 @@ class SoftStep final : public SoftSolver {
   struct Batch {
     int sub_steps, stiff_as;
     Past past;
+    bool in_floats;
     int islands;
     std::size_t moving, moving_end, chosen, chosen_end;
   };
-  /// By choice: one of each past, and one of what is in turmoil.
-  static constexpr std::size_t kBatches = kPasts.size() + 1;
+  /// By choice, in either precision: one of each past, and one of what is in turmoil.
+  static constexpr std::size_t kBatches = 2 * (kPasts.size() + 1);
   static std::size_t number(std::size_t choice, const IslandFacts& facts) {
     const bool takes_fewer = facts.sub_steps < facts.stiff_as;
-    return choice * kBatches + (takes_fewer ? kPasts.size() : static_cast<std::size_t>(facts.past));
+    const auto kind = takes_fewer ? kPasts.size() : static_cast<std::size_t>(facts.past);
+    return choice * kBatches + 2 * kind + (facts.in_floats ? 1 : 0);
   }
 
   void list_batches(const ContactTick& tick) {
@@ -272,8 +276,12 @@ class SoftStep final : public SoftSolver {
         tick.sub_steps > 0 ? std::span(&tick.sub_steps, 1) : std::span<const int>(kSubSteps);
     batches_.clear();
     for (const int n : choices) {
-      for (const Past past : kPasts) batches_.push_back({n, n, past, 0, 0, 0, 0, 0});
-      batches_.push_back({sub_steps_in_turmoil(n), n, Past::lasts, 0, 0, 0, 0, 0});
+      const auto add = [&](int sub_steps, Past past) {
+        for (const bool in_floats : {false, true})
+          batches_.push_back({sub_steps, n, past, in_floats, 0, 0, 0, 0, 0});
+      };
+      for (const Past past : kPasts) add(n, past);
+      add(sub_steps_in_turmoil(n), Past::lasts);
     }
     sizes_.clear();
     is_heap_.clear();
@@ -282,7 +290,7 @@ class SoftStep final : public SoftSolver {
       IslandFacts& facts = facts_[i];
       facts.number = sizes_.size();
       sizes_.push_back(size(i));
-      is_heap_.push_back(facts.askew > 0 ? 1 : 0);
+      is_heap_.push_back(facts.is_heap() ? 1 : 0);
       const auto choice = std::ranges::lower_bound(choices, facts.stiff_as) - choices.begin();
       facts.batch = number(static_cast<std::size_t>(choice), facts);
       Batch& batch = batches_[facts.batch];
@@ -376,6 +384,7 @@ class SoftStep final : public SoftSolver {
     };
     return {batch.sub_steps,
             batch.stiff_as,
+            batch.in_floats,
             batch.past,
             part(moving_, batch.moving, batch.moving_end),
             part(island_of_moving_, batch.moving, batch.moving_end),

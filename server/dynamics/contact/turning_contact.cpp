@@ -33,8 +33,7 @@ double inverse_or_0(double K) { return K > 0 ? 1 / K : 0; }
 
 }  // namespace
 
-TurningContact::TurningContact(ContactConstraint& c, const BodyLines& bodies, ContactBlock* block,
-                               int lane)
+TurningContact::TurningContact(ContactConstraint& c, const BodyLines& bodies, Block block, int lane)
     : c_(&c),
       block_(block),
       lane_(lane),
@@ -89,12 +88,32 @@ Vector TurningContact::w(const BodyLines& bodies, const Side& side) const {
 }
 
 TurningContact::Impulses TurningContact::at(std::size_t i) const {
-  if (block_ != nullptr) {
-    ContactBlock::Point& p = block_->points[i];
-    return {p.lambda[lane_], p.lambda_1[lane_], p.lambda_2[lane_]};
-  }
-  PointImpulse& own = c_->impulses[i];
-  return {own.lambda, own.lambda_t.x(), own.lambda_t.y()};
+  return std::visit(
+      [&](const auto& block) -> Impulses {
+        if constexpr (std::is_pointer_v<std::decay_t<decltype(block)>>) {
+          const auto& p = block->points[i];
+          return {p.lambda[lane_], p.lambda_1[lane_], p.lambda_2[lane_]};
+        } else {
+          const PointImpulse& own = c_->impulses[i];
+          return {own.lambda, own.lambda_t.x(), own.lambda_t.y()};
+        }
+      },
+      block_);
+}
+
+void TurningContact::add_friction(std::size_t i, double along_1, double along_2) {
+  std::visit(
+      [&](const auto& block) {
+        if constexpr (std::is_pointer_v<std::decay_t<decltype(block)>>) {
+          auto& p = block->points[i];
+          using Real = std::decay_t<decltype(p.lambda_1[lane_])>;
+          p.lambda_1[lane_] += static_cast<Real>(along_1);
+          p.lambda_2[lane_] += static_cast<Real>(along_2);
+        } else {
+          c_->impulses[i].lambda_t += Eigen::Vector2d(along_1, along_2);
+        }
+      },
+      block_);
 }
 
 double TurningContact::pressing() const {
@@ -180,8 +199,7 @@ void TurningContact::roll(BodyLines& bodies, double limit) {
     if (sticks) bodies.v(side->line) += side->sign * side->inverse_mass * push;
   }
   for (std::size_t i = 0; sticks && i < points(); ++i) {
-    at(i).along_1 += P1 / c_->count;
-    at(i).along_2 += P2 / c_->count;
+    add_friction(i, P1 / c_->count, P2 / c_->count);
   }
 }
 

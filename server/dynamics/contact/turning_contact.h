@@ -2,6 +2,9 @@
 /// have a list and a pass of their own (turning_contact.cpp); others do not pay for it.
 #pragma once
 
+#include <type_traits>
+#include <variant>
+
 #include "server/dynamics/contact/body_lines.h"
 #include "server/dynamics/contact/contact_block.h"
 #include "server/dynamics/contact/contact_constraint.h"
@@ -11,9 +14,11 @@ namespace cradle {
 /// Of a contact, beside what its points do.
 class TurningContact {
  public:
+  using Block = std::variant<std::monostate, ContactBlock<double>*, ContactBlock<float>*>;
+
   /// Its points' impulses are in a lane of the block, or, without one, in the constraint. `c`,
   /// `block` and the bodies' lines outlive it.
-  TurningContact(ContactConstraint& c, const BodyLines& bodies, ContactBlock* block, int lane);
+  TurningContact(ContactConstraint& c, const BodyLines& bodies, Block block = {}, int lane = 0);
 
   /// Begins with last tick's torque, over a sub-step of `h`.
   void warm_start(BodyLines& bodies, double h);
@@ -42,11 +47,9 @@ class TurningContact {
     Vector about_n;          // change of the line's w by an angular impulse about n
     Columns sliding, stuck;  // likewise about t1, t2; with the friction that reacts
   };
-  /// Where a point's impulses are.
+  /// Of a point.
   struct Impulses {
-    double& normal;
-    double& along_1;
-    double& along_2;
+    double normal, along_1, along_2;
   };
   Side side(const BodyLines& bodies, std::int32_t slot, const Rotation& turn, double sign) const;
   void find_masses(const Matrix& IA, const Matrix& IB);
@@ -54,6 +57,7 @@ class TurningContact {
   Vector turning(const BodyLines& bodies) const { return w(bodies, B_) - w(bodies, A_); }
   std::size_t points() const { return static_cast<std::size_t>(c_->count); }
   Impulses at(std::size_t i) const;
+  void add_friction(std::size_t i, double along_1, double along_2);
   double pressing() const;
   void push(BodyLines& bodies) const;
   void twist(BodyLines& bodies, double limit);
@@ -61,7 +65,7 @@ class TurningContact {
   bool can_stick(double more_1, double more_2) const;
 
   ContactConstraint* c_;
-  ContactBlock* block_;
+  Block block_;
   int lane_;
   Side A_, B_;
   Columns t_;

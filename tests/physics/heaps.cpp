@@ -151,7 +151,7 @@ TEST_CASE("heaps of cubes come to rest") {
   // What kept them in motion for good, each with a period of a few ticks: contacts that changed
   // between a face and edges, or which of a face's points stood for it, and forgot what they had
   // carried; points that took turns to stand for what overlaps beside them; and a preload that
-  // followed the force of the tick before. What is left, 33 of 390: a cube that turns about two
+  // followed the force of the tick before. What is left, 31 of 390: a cube that turns about two
   // points that hold it, to which nothing of the model is opposed; and the point where edges that
   // are nearly parallel cross, which runs along them by centimetres in a tick of which bodies move
   // by 0.1 mm.

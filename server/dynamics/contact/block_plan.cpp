@@ -34,7 +34,7 @@ std::int32_t kind_of(const ContactConstraint& c, bool may_join, bool are_round) 
   return first + (c.count == 2 ? 1 : 2) + (joint ? 2 : 0);
 }
 
-/// Neither touches nor carried: most of these do nothing in the tick either, eight abreast then
+/// Neither touches nor carried: most of these do nothing in the tick either, a block of them then
 /// take half the time.
 bool is_idle(const ContactConstraint& c) { return (c.carrying == 0) & !c.is_met; }
 

@@ -24,7 +24,8 @@ CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Trip
                             const V& inverse_mass = V{}, const V& inverse_moment = V{}) {
   V rows[kLineNumbers] = {linear.x,  linear.y,  linear.z,     angular.x,
                           angular.y, angular.z, inverse_mass, inverse_moment};
-  store_line_rows(rows, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l); });
+  const auto line = [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l); };
+  store_line_rows(rows, line, line);
 }
 
 /// Of contacts, since `v` and `w`.

@@ -1,4 +1,5 @@
-// Contacts four manifolds at a time: compiled for AVX2, and called only where there is AVX2.
+// Contacts four manifolds at a time, of floats sixteen: compiled for AVX2, and called only where
+// there is AVX2.
 #ifdef CRADLE_WIDE_X86
 #include "server/dynamics/contact/contact_method.h"
 

@@ -1,4 +1,5 @@
-// Contacts eight manifolds at a time: compiled for AVX-512, and called only where there is AVX-512.
+// Contacts eight manifolds at a time, of floats sixteen: compiled for AVX-512, and called only
+// where there is AVX-512.
 #ifdef CRADLE_WIDE_X86
 #include "server/dynamics/contact/contact_method.h"
 

@@ -1,4 +1,4 @@
-// Contacts one and two manifolds at a time: on every machine.
+// Contacts one and two manifolds at a time, of floats sixteen: on every machine.
 #include "server/dynamics/contact/contact_method.h"
 
 namespace cradle {

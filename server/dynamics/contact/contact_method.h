@@ -314,9 +314,10 @@ struct Kind {
 template <class Real, class F>
 CRADLE_LANES void by_kind(const BlockRun<Real>& run, F&& f) {
   if (run.points == 1) return f(Kind<1, false>{});
-  if constexpr (!kMayJoin<Real>) return run.points == 2 ? f(Kind<2, false>{}) : f(Kind<4, false>{});
-  if (run.points == 2) return run.joint ? f(Kind<2, true>{}) : f(Kind<2, false>{});
-  return run.joint ? f(Kind<4, true>{}) : f(Kind<4, false>{});
+  if constexpr (kMayJoin<Real>) {
+    if (run.joint) return run.points == 2 ? f(Kind<2, true>{}) : f(Kind<4, true>{});
+  }
+  return run.points == 2 ? f(Kind<2, false>{}) : f(Kind<4, false>{});
 }
 
 /// Calls `f(kind, inertia)`.
@@ -413,11 +414,9 @@ struct Passes {
   }
 };
 
-/// `W`: what passes work on at a time that do not wait for memory. Of floats a whole block: they
-/// round the velocities of all that they store, also of those that nothing changes.
+/// `W`: what passes work on at a time that do not wait for memory.
 template <class V, class W>
 constexpr BlockPasses<NumberOf<V>> block_passes() {
-  static_assert(!kIsFloats<V> || kLanes<W> == BlockOf<V>::kLanes);
   using P = Passes<V>;
   using Q = Passes<W>;
   return {P::gather, P::scatter, Q::prepare, Q::warm_start, Q::repeat,

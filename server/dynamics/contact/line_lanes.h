@@ -13,7 +13,7 @@ using TwoDoubles = double __attribute__((vector_size(16)));
 using TwoFloats = float __attribute__((vector_size(8)));
 using FourFloats = float __attribute__((vector_size(16)));
 
-/// Vectors of half as many lanes, or of a quarter.
+/// So many floats.
 template <class V, int lanes>
 struct FloatsIn {
   typedef float Type __attribute__((vector_size(lanes * sizeof(float))));
@@ -43,6 +43,19 @@ CRADLE_LANES void store_four(double* to, const FourFloats& v) {
   constexpr auto two = std::make_index_sequence<2>{};
   store(to, __builtin_convertvector(part_of<0>(v, two), TwoDoubles));
   store(to + 2, __builtin_convertvector(part_of<2>(v, two), TwoDoubles));
+#endif
+}
+/// Of what is `from` there, changed by as much as `now` differs from it in single precision: what
+/// does not change stays as it is, to the last bit of a double.
+CRADLE_LANES void change_four(double* to, const double* from, const FourFloats& now) {
+  const FourFloats by = now - load_four(from);
+#ifdef __AVX__
+  _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(from), _mm256_cvtps_pd(__m128(by))));
+#else
+  constexpr auto two = std::make_index_sequence<2>{};
+  store(to, load<TwoDoubles>(from) + __builtin_convertvector(part_of<0>(by, two), TwoDoubles));
+  store(to + 2,
+        load<TwoDoubles>(from + 2) + __builtin_convertvector(part_of<2>(by, two), TwoDoubles));
 #endif
 }
 /// As many of a line as there are lanes, but for the eight that there are at most.
@@ -112,20 +125,20 @@ CRADLE_LANES void put_fours(V* rows, const Put& put) {
   }
 }
 
-/// Back to the lines, `to(l)`.
-template <class V, class To>
-CRADLE_LANES void store_line_rows(V* rows, const To& to) {
+/// Back to the lines, `to(l)`; of what was `from(l)`, where lanes are floats.
+template <class V, class From, class To>
+CRADLE_LANES void store_line_rows(V* rows, const From& from, const To& to) {
   constexpr int n = kLanes<V>;
-  if constexpr (!kIsFloats<V>) {
+  if constexpr (kIsFloats<V>) {
+    static_assert(n >= 4);
+    put_fours<0, kLineNumbers>(rows, [&](int l, int part, const FourFloats& four) CRADLE_LAMBDA {
+      change_four(to(l) + part, from(l) + part, four);
+    });
+  } else {
     CRADLE_UNROLLED
     for (int part = 0; part < kLineNumbers; part += n) {
       store_transposed(rows + part, [&](int l) CRADLE_LAMBDA { return to(l) + part; });
     }
-  } else if constexpr (n == 1) {
-    for (int k = 0; k < kLineNumbers; ++k) to(0)[k] = rows[k];
-  } else {
-    put_fours<0, kLineNumbers>(rows, [&](int l, int part, const FourFloats& four)
-                                         CRADLE_LAMBDA { store_four(to(l) + part, four); });
   }
 }
 

@@ -47,13 +47,17 @@ CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) 
   return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[kInverseMass], r[kInverseMoment]};
 }
 template <class V>
-CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<V>& twist) {
+CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* from, const std::int32_t* to,
+                              const Twist<V>& twist) {
   V r[kLineNumbers] = {twist.linear.x,  twist.linear.y,  twist.linear.z,     twist.angular.x,
                        twist.angular.y, twist.angular.z, twist.inverse_mass, twist.inverse_moment};
-  store_line_rows(r, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]); });
+  store_line_rows(
+      r, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + from[l]); },
+      [&](int l) CRADLE_LAMBDA { return numbers_of(lines + to[l]); });
 }
 template <class V>
-CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<Twin<V>>& t) {
+CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* from, const std::int32_t* to,
+                              const Twist<Twin<V>>& t) {
   const auto half = [&](V Twin<V>::*of) CRADLE_LAMBDA {
     const auto& [v, w, inverse_mass, inverse_moment] = t;
     return Twist<V>{{v.x.*of, v.y.*of, v.z.*of},
@@ -61,8 +65,8 @@ CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twi
                     inverse_mass.*of,
                     inverse_moment.*of};
   };
-  store_lines(lines, at, half(&Twin<V>::lo));
-  store_lines(lines, at + kLanes<V>, half(&Twin<V>::hi));
+  store_lines(lines, from, to, half(&Twin<V>::lo));
+  store_lines(lines, from + kLanes<V>, to + kLanes<V>, half(&Twin<V>::hi));
 }
 
 // A manifold in a lane.
@@ -163,8 +167,8 @@ CRADLE_LANES Bodies<V, Inertia> bodies_at(const BlockOf<V>& c, int lane,
 template <class V, class Inertia>
 CRADLE_LANES void store_bodies(const BlockOf<V>& c, int lane, const Bodies<V, Inertia>& bodies,
                                BodyLine* velocities) {
-  store_lines(velocities, c.a_out + lane, bodies.A);
-  store_lines(velocities, c.b_out + lane, bodies.B);
+  store_lines(velocities, c.a + lane, c.a_out + lane, bodies.A);
+  store_lines(velocities, c.b + lane, c.b_out + lane, bodies.B);
 }
 
 /// Which element of `coupling` joins points i < j.

@@ -23,9 +23,8 @@ enum class Past : std::uint8_t { lasts, parts, changes, none, rests };
 inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past::none,
                                    Past::rests};
 
-/// Its contacts are solved in double or in single precision. What bodies and contacts have is in
-/// doubles before and after each pass, so that only impulses are rounded. Owns no bodies; keeps its
-/// memory from batch to batch.
+/// Its contacts are solved in double or in single precision; bodies stay in doubles, and of these
+/// what nothing changes keeps every bit. Owns no bodies; keeps its memory from batch to batch.
 template <class Real>
 class SoftBatch {
  public:

@@ -151,14 +151,18 @@ TEST_CASE("heaps of cubes come to rest") {
   // What kept them in motion for good, each with a period of a few ticks: contacts that changed
   // between a face and edges, or which of a face's points stood for it, and forgot what they had
   // carried; points that took turns to stand for what overlaps beside them; and a preload that
-  // followed the force of the tick before. What is left, 31 of 390: a cube that turns about two
+  // followed the force of the tick before. What is left, 26 of 390: a cube that turns about two
   // points that hold it, to which nothing of the model is opposed; and the point where edges that
   // are nearly parallel cross, which runs along them by centimetres in a tick of which bodies move
   // by 0.1 mm.
   // Which ones is chance: another rounding has others. Of 120 such heaps of which nine in ten come
   // to rest, 100 do in 99 of 100 sets; where three in four do, in one of forty.
-  int resting = 0;
-  for (std::uint64_t seed = 1; seed <= 120; ++seed) resting += comes_to_rest(seed) ? 1 : 0;
+  int resting = 0, of_sixty = 0;
+  for (std::uint64_t seed = 1; seed <= 120; ++seed) {
+    resting += comes_to_rest(seed) ? 1 : 0;
+    if (seed == 60) of_sixty = resting;
+  }
+  CHECK(of_sixty >= 51);
   CHECK(resting >= 100);
 }
 

@@ -121,8 +121,9 @@ struct Findings {
     const Vector place = along_face(m, p.p_W);
     const Vector shares = span.solve(place);
     if ((places * shares - place).norm() > kOffFace_m) return kNone;
-    // Farther beyond them than they are from each other is another face.
-    if (std::min(1 - shares.sum(), shares.minCoeff()) < -1) return kNone;
+    // Farther from the nearest of them than the first from the farthest is another face.
+    const double nearest = (places.colwise() - place).colwise().norm().minCoeff();
+    if (std::min(nearest, place.norm()) > places.colwise().norm().maxCoeff()) return kNone;
     return std::abs(p.separation - m.points[0].separation - shares.dot(separations));
   }
 };

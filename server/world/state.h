@@ -269,7 +269,7 @@ static_assert(sizeof(Spring) == 2 * 8 + 9 * sizeof(double));
 static_assert(sizeof(BodyLoad) == 8 + 6 * sizeof(double));
 static_assert(sizeof(Sway) == 5 * sizeof(double));
 static_assert(sizeof(Drag) == 3 * sizeof(double));
-static_assert(sizeof(Poise) == 6 * 4);
+static_assert(sizeof(Poise) == 7 * 4);
 static_assert(sizeof(CachedForce) == 4 * 8 + 11 * sizeof(double));
 static_assert(sizeof(Material) == 4 * sizeof(double) + 2 * 4);
 

@@ -259,6 +259,65 @@ TEST_CASE("loads that grow on what rests do not make it sink in anew") {
   CHECK(state(world, cubes.front()).p_WBo.z == Approx(lowest).margin(kJump_m));
 }
 
+namespace {
+
+constexpr int kRows = 30;
+
+/// A pyramid of 465 cubes, at rest.
+struct LargeWall {
+  World world;
+
+  explicit LargeWall(const Vec3& gravity_W = {0, 0, -kGravity})
+      : world(settings_of("hybrid", gravity_W)) {
+    add(world, ground());
+    for (int row = 0; row < kRows; ++row) {
+      for (int k = 0; k < kRows - row; ++k) {
+        add(world, brick({0.5, 0.5, 0.5}, {1.05 * (k - 0.5 * (kRows - row - 1)), 0, 0.5 + row}));
+      }
+    }
+    steps(world, 60);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what sways a little on a large wall is stopped half way while it is held") {
+  // An ellipsoid that rocks: omega^2 = m g (a^2 / c - c) / (I + m c^2), I = m (a^2 + c^2) / 5; from
+  // the turn to the bottom is a quarter of a period, 11 ticks; that it is past is seen within
+  // three.
+  World world = LargeWall().world;
+  constexpr double a = 0.25, c = 0.15, angle = 2e-4;
+  BodySpec rocker = ball(c, {0, 0, kRows + std::hypot(a * std::sin(angle), c * std::cos(angle))});
+  rocker.shape = Shape::ellipsoid({a, a, c});
+  rocker.q_WB = {std::cos(angle / 2), 0, std::sin(angle / 2), 0};
+  const BodyId body = add(world, rocker);
+  const double omega2 = kGravity * (a * a / c - c) / ((a * a + c * c) / 5 + c * c);
+  const int quarter = static_cast<int>(60 * std::acos(0) / std::sqrt(omega2));
+  for (int tick = 1; tick < quarter; ++tick) {
+    REQUIRE(world.step().islands_by_newton == 1);
+    REQUIRE(fastest_of({state(world, body)}) > 0);
+  }
+  steps(world, 5);
+  CHECK(fastest_of({state(world, body)}) == 0);
+  CHECK(std::abs(2 * state(world, body).q_WB.y) < std::sin(3 * std::sqrt(omega2) / 60) * angle);
+  CHECK(world.step().islands_at_rest == 1);
+}
+
+TEST_CASE("what rolls on a large wall is not solved with it for as long as it rolls") {
+  // Down a slope of 10 microrad: x = a t^2 / 2, a = 2/3 g slope.
+  constexpr double kSlope = 1e-5, kRadius = 0.2;
+  World world = LargeWall({kSlope * kGravity, 0, -kGravity}).world;
+  BodySpec spec = ball(kRadius, {0, 0, kRows + kRadius});
+  spec.shape = Shape::cylinder(kRadius, 0.5);
+  spec.q_WB = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+  const BodyId roller = add(world, spec);
+  int by_newton = 0;
+  for (int tick = 0; tick < 180; ++tick) by_newton += world.step().islands_by_newton;
+  CHECK(by_newton > 0);
+  CHECK(by_newton < 20);
+  CHECK(state(world, roller).p_WBo.x == Approx(kGravity * kSlope / 3 * 9).epsilon(0.05));
+}
+
 TEST_CASE("a tower on a conveyor goes along with it by the hybrid") {
   World world(settings_of("hybrid"));
   BodySpec belt = brick({5, 5, 0.5}, {0, 0, -0.5});

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "server/dynamics/contact/demands.h"
 #include "server/dynamics/contact/newton/island_solver.h"
 #include "server/dynamics/contact/tick_islands.h"
 
@@ -20,6 +21,10 @@ class HandOver {
   void begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
              std::span<ContactConstraint* const> constraints);
   Choice choice(std::size_t island) const { return facts_[island].choice; }
+  /// At the peak of its sway (settling.h), as long as it is held: a small one costs little.
+  bool may_be_stopped(std::size_t island) const {
+    return choice(island) == Choice::keeps && facts_[island].free == 0 && is_large(island);
+  }
   /// That an attempt may take.
   int iterations(std::size_t island) const;
   /// As Newton's method moves it; what is taken over is to lie still.
@@ -33,8 +38,8 @@ class HandOver {
   void let_go(const Island& island);
   void let_go_of_soft(std::span<ContactConstraint* const> constraints);
 
-  /// What became of it: `moves`, what was found would begin to move.
-  enum class Attempt { none, found, in_vain, moves };
+  /// What became of it: it is held, and rests or creeps; or not, as what was found would move off.
+  enum class Attempt { none, rests, creeps, in_vain, moves };
   void note(std::size_t island, Attempt attempt);
   void end(Executor& executor);
 
@@ -45,7 +50,8 @@ class HandOver {
     bool is_new = false, was_soft = false, is_barred = false, is_deep = false;
     bool may_have_rested = false;  // a body of it
     std::int32_t stiff_as = 1;
-    std::int32_t cool = 0, free = 0, fails = 0;
+    int contacts = 0;
+    std::int32_t cool = 0, free = 0, fails = 0, busy = 0;
     Choice choice = Choice::soft;
     Poise::Method method = Poise::soft;
   };
@@ -64,6 +70,8 @@ class HandOver {
   void look_at_rest(ContactConstraint& c) const;
   static void freeze(ContactConstraint& c);
   static Choice choose(const Facts& facts);
+  static void wait(Facts& facts);
+  bool is_large(std::size_t island) const { return facts_[island].contacts > kLargeHeap; }
 
   /// Of a body.
   struct Look {

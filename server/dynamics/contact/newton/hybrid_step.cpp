@@ -10,8 +10,13 @@
 //   3. else, or where overlaps are to be pushed out, or it begins to move: the soft step in the
 //      same tick, from where bodies were. What was not found is counted, as
 //      ContactReport::islands_makeshift.
+// A large island that is held and creeps is stopped at the peak of its sway, as soft steps do it;
+// if it has none for long, it goes back to soft steps (hand_over.cpp).
 //
 // Cost: at rest 60 ns a manifold; what moves, as the soft step and 15 ns a body.
+#include <algorithm>
+
+#include "server/collision/index.h"
 #include "server/dynamics/contact/newton/hand_over.h"
 #include "server/dynamics/contact/newton/island_step.h"
 #include "server/dynamics/contact/newton/newton_step.h"
@@ -39,7 +44,7 @@ class HybridStep final : public IslandStep {
       const bool rests = choice == Choice::keeps && settling_.rests(i);
       fates()[i] = rests ? Fate::rests : choice == Choice::soft ? Fate::soft : Fate::solved;
       if (rests) ++report().islands_at_rest;
-      if (rests) hand_over_.note(i, Attempt::found);
+      if (rests) hand_over_.note(i, Attempt::rests);
       if (choice == Choice::soft) hand_over_.note(i, Attempt::none);
     }
     hand_over_.let_go_of_soft(constraints);
@@ -61,8 +66,9 @@ class HybridStep final : public IslandStep {
       report().islands_makeshift += is_found ? 0 : 1;
       return false;
     }
-    hand_over_.note(i, Attempt::found);
-    ++(solver().iterations() == 0 ? report().islands_at_rest : report().islands_by_newton);
+    const bool rests = solver().iterations() == 0;
+    hand_over_.note(i, rests ? Attempt::rests : Attempt::creeps);
+    ++(rests ? report().islands_at_rest : report().islands_by_newton);
     report().islands_taken_over += takes_over ? 1 : 0;
     return true;
   }
@@ -72,11 +78,40 @@ class HybridStep final : public IslandStep {
     if (solver().is_still()) hand_over_.freeze(islands_in()[i]);
   }
 
-  void end() override { hand_over_.end(*tick().executor); }
+  void end() override {
+    end_sways();
+    hand_over_.end(*tick().executor);
+  }
+
+  /// Of what is held and large, as soft steps do: or it would be solved for as long as it sways.
+  void end_sways() {
+    is_held_.assign(islands().count(), 0);
+    is_calm_.assign(islands().count(), 0);
+    for (std::size_t i = 0; i < islands().count(); ++i) {
+      if (fates()[i] != Fate::solved) continue;
+      is_held_[i] = 1;
+      is_calm_[i] = hand_over_.may_be_stopped(i) && !is_driven(islands_in()[i]) ? 1 : 0;
+    }
+    if (std::ranges::find(is_held_, 1) == is_held_.end()) return;
+    settling_.damp(tick(), arrays(), {islands(), islands().numbers(), gives_, is_held_}, is_calm_,
+                   report().balance);
+  }
+
+  /// By a kinematic body.
+  bool is_driven(const Island& island) const {
+    const auto drives = [this](std::int32_t slot) {
+      const std::size_t i = index(slot);
+      return arrays().inverse_mass[i] == 0 && !(arrays().v[i].isZero(0) && arrays().w[i].isZero(0));
+    };
+    return std::ranges::any_of(island.constraints, [&](const ContactConstraint* c) {
+      return drives(c->a) || drives(c->b);
+    });
+  }
 
   HandOver hand_over_;
   Settling settling_;
-  std::vector<double> gives_;  // s^2, by island
+  std::vector<double> gives_;                    // s^2, by island
+  std::vector<std::uint8_t> is_held_, is_calm_;  // by island: solved at once; and may be stopped
 };
 
 }  // namespace

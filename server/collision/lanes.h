@@ -1,8 +1,8 @@
-/// Several doubles side by side: `V` is double itself, a vector of GCC's vector extensions, or a
-/// Twin of such, and one text serves for all. Everything is internal to the file that includes it,
-/// so that no code made for one instruction set can end up in another's place.
+/// Several doubles, or floats, side by side: `V` is double itself, a vector of GCC's vector
+/// extensions, or a Twin of such, and one text serves for all. Everything is internal to the file
+/// that includes it, so that no code made for one instruction set can end up in another's place.
 ///
-/// Every operation acts on each lane by itself, and rounds as a double does: results are the same
+/// Every operation acts on each lane by itself, and rounds as one number does: results are the same
 /// bits at every width.
 #pragma once
 
@@ -382,8 +382,8 @@ CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   if constexpr (distance > 1) transpose<V, distance / 2, count>(rows, lanes);
 }
 
-/// Half as many lanes. What moves halves can read and write memory as it goes; shuffles of whole
-/// vectors all wait for the same unit.
+/// Half as many lanes, of doubles. What moves halves can read and write memory as it goes; shuffles
+/// of whole vectors all wait for the same unit.
 template <class V>
 struct HalfOf {
   typedef double Type __attribute__((vector_size(sizeof(V) / 2)));

@@ -1,8 +1,8 @@
 // From constraints to blocks and back, for the kernels' files alone (see lanes.h).
 //
-// A constraint's lines of eight numbers are read whole and transposed: eight numbers of eight
-// constraints take 8 loads and 24 moves between lanes, not 64 of each kind. Symbols as in
-// contact_method.h.
+// A constraint's lines of eight doubles are read whole and transposed: eight numbers of eight
+// constraints take 8 loads and 24 moves between lanes, not 64 of each kind. Lanes of
+// floats: line_lanes.h. Symbols as in contact_method.h.
 #pragma once
 
 #include "server/dynamics/contact/manifold_lanes.h"

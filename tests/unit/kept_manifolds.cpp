@@ -123,7 +123,8 @@ struct Findings {
     if ((places * shares - place).norm() > kOffFace_m) return kNone;
     // Farther from the nearest of them than the first from the farthest is another face.
     const double nearest = (places.colwise() - place).colwise().norm().minCoeff();
-    if (std::min(nearest, place.norm()) > places.colwise().norm().maxCoeff()) return kNone;
+    const double from_first = places.colwise().norm().maxCoeff();
+    if (m.count > 1 && std::min(nearest, place.norm()) > from_first) return kNone;
     return std::abs(p.separation - m.points[0].separation - shares.dot(separations));
   }
 };

@@ -36,7 +36,7 @@ struct Poise {
   std::int32_t stiff_as = 1;  ///< as ContactTick has it, when it was last moved by soft steps
   /// 1: some contact of it rests elsewhere than it touches (PointRest).
   std::int32_t has_rested = 0;
-  std::int32_t busy = 0;  ///< ticks in a row in which Newton's method moved it
+  std::int32_t busy = 0;  ///< ticks in which it took iterations of Newton's method, less others
 };
 
 /// The bodies' arrays, one a quantity, indexed by slot. Owned by the world.

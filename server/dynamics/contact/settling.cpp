@@ -35,6 +35,9 @@ struct SettlingTolerances {
   /// A peak of kinetic energy is so many times what it was at the lowest ("what rolls on rolls
   /// on").
   double peak = 2;
+  /// And it is past where so much is lost in a tick: of what swings 2 omega dt tan(phase), of what
+  /// rolls on the error of the step ("what was pushed rolls on").
+  double fall = 1e-3;
 };
 constexpr SettlingTolerances kSettlingTolerances;
 
@@ -79,7 +82,7 @@ Sway sway_after(const Sway& before, const Sway& now, const ContactTick& tick) {
     next.low_J = now.kinetic_J;
     return next;
   }
-  const bool is_past_peak = now.kinetic_J < before.kinetic_J &&
+  const bool is_past_peak = now.kinetic_J < (1 - kSettlingTolerances.fall) * before.kinetic_J &&
                             before.kinetic_J > kSettlingTolerances.peak * before.low_J;
   if (is_past_peak && amplitude(before) <= tick.tolerance_m) return {0, 0, 0, 0, now.bodies};
   const bool is_low = is_past_peak || now.kinetic_J <= before.low_J;
@@ -182,9 +185,9 @@ void Settling::measure(const ContactTick& tick, const BodyArrays& bodies, const 
 
 void Settling::damp(const ContactTick& tick, const BodyArrays& bodies, const Grouping& groups,
                     std::span<const std::uint8_t> is_calm, ContactBalance& balance) {
+  ends_.assign(groups.count(), 0);
   if (bodies.sway.empty()) return;
   measure(tick, bodies, groups, is_calm);
-  ends_.assign(groups.count(), 0);
   std::size_t seen = 0;  // groups: they are numbered by their first bodies, which remember
   for (std::size_t k = 0; k < tick.moving.size(); ++k) {
     const std::size_t island = groups.of(k), i = index(tick.moving[k]);

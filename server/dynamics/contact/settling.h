@@ -39,6 +39,8 @@ class Settling {
             std::span<const Matrix> inverse_inertia_W, const Grouping& groups,
             std::span<ContactConstraint* const> constraints);
   bool rests(std::size_t island) const { return rests_[island] != 0; }
+  /// By the last call of damp.
+  bool has_ended(std::size_t island) const { return ends_[island] != 0; }
   /// m/s: what loads that are not balanced to the last digit would make of the bodies at rest.
   double unbalanced_mps() const { return unbalanced_mps_; }
 

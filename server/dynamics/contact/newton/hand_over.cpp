@@ -17,11 +17,12 @@
 //     nothing is to be pushed out;
 //   keeps: if it was so in the tick before;
 //   takes over: if nothing in it moves, since the soft step has ended its sway at the peak
-//     (settling.h), and nothing is still being pushed out; what slides or rolls on slowly has no
-//     such peak, and is not stopped;
+//     (settling.h), and nothing is still being pushed out; what slides or rolls on slowly is hardly
+//     slower from tick to tick, and is not stopped;
 // and if nothing is struck, and nothing slides away.
 // Attempts in vain make it wait, for 10, 20, 40... 320 ticks, and so does what is large, is held
-// and moves nevertheless: each tick of it is a solution, dearer than soft steps. What was stopped
+// and moves nevertheless, for 15 ticks: each of them is a solution, dearer than soft steps. That is
+// forgotten as soon as it rests. What was stopped
 // at its peak, but is not in balance and begins to move as it is taken over, is not stopped for as
 // long: so a ball in a heap gets the time to roll. Where we differ from the prototype that this is
 // after: that took over what was slower than 1 cm/s for ten ticks, and took away its velocities.
@@ -58,14 +59,16 @@ struct HandOverTolerances {
   double excess = 0.25;
   double excess_least = 0.01;  ///< and what is too deep in all, by more than this ("noisy corners")
   int wait_ticks = 10, wait_ticks_max = 320;  ///< after an attempt in vain
-  int busy_ticks = 15;  ///< of a large island, in a row ("what rolls on a large wall")
+  int busy_ticks = 15;                        ///< of a large island ("what rolls on a large wall")
 };
 constexpr HandOverTolerances kHandOverTolerances;
 
 /// Iterations: at rest none, or one; more than these, and the soft step is as fast. One of a large
-/// island takes as long as five ticks of soft steps; where it can be taken over, four were enough
-/// (heaps of 2000 cubes).
+/// island takes as long as five ticks of soft steps. Of heaps of 2000 cubes those that could be
+/// taken over were out of balance by 1e-5 to 9e-3 of their loads, and took up to four; the others
+/// by 5e-2 to 0.13, and 20 were not enough.
 constexpr int kKeeping = 5, kTakingOver = 20, kTakingOverLarge = 6;
+constexpr double kUnbalanced = 0.02;
 
 constexpr int kBodies = 64;  // worth a thread, at some nanoseconds each
 
@@ -221,9 +224,12 @@ bool HandOver::is_slow(const Island& island, const IslandSolver& solver, bool is
   return true;
 }
 
-int HandOver::iterations(std::size_t island) const {
-  if (choice(island) == Choice::keeps) return kKeeping;
-  return is_large(island) ? kTakingOverLarge : kTakingOver;
+HandOver::Budget HandOver::budget(std::size_t island) const {
+  if (choice(island) == Choice::keeps) return {kKeeping};
+  if (is_large(island) && choice(island) == Choice::takes_over) {
+    return {kTakingOverLarge, kUnbalanced};
+  }
+  return {kTakingOver};
 }
 
 void HandOver::freeze(ContactConstraint& c) {
@@ -274,7 +280,7 @@ void HandOver::let_go_of_soft(std::span<ContactConstraint* const> constraints) {
   });
 }
 
-void HandOver::wait(Facts& facts) {
+void HandOver::back_off(Facts& facts) {
   const int doubled = kHandOverTolerances.wait_ticks << std::min(facts.fails, 10);
   facts.cool = std::min(doubled, kHandOverTolerances.wait_ticks_max);
   ++facts.fails;
@@ -282,22 +288,26 @@ void HandOver::wait(Facts& facts) {
 
 void HandOver::note(std::size_t island, Attempt attempt) {
   Facts& facts = facts_[island];
-  const bool is_held = attempt == Attempt::rests || attempt == Attempt::creeps;
+  const bool is_held =
+      attempt == Attempt::rests || attempt == Attempt::held || attempt == Attempt::solved;
   facts.method = is_held ? Poise::newton : Poise::soft;
   facts.cool = std::max(facts.cool - 1, 0);
   facts.free = std::max(facts.free - 1, 0);
   if (attempt == Attempt::in_vain || attempt == Attempt::moves) {
-    wait(facts);
+    back_off(facts);
     facts.free = attempt == Attempt::moves ? facts.cool : 0;
   }
-  if (facts.speed_mps > kHandOverTolerances.fast_mps) facts.fails = 0;
-  facts.busy = attempt == Attempt::creeps ? facts.busy + 1 : 0;
-  if (facts.busy <= kHandOverTolerances.busy_ticks || !is_large(island)) return;
-  wait(facts);
-  facts.busy = 0;
+  if (facts.speed_mps > kHandOverTolerances.fast_mps || attempt == Attempt::rests) facts.fails = 0;
+  const bool is_dear = attempt == Attempt::solved && is_large(island);
+  facts.busy = is_dear ? facts.busy + 1 : is_held ? std::max(facts.busy - 1, 0) : 0;
 }
 
 void HandOver::end(Executor& executor) {
+  for (Facts& facts : facts_) {
+    if (facts.busy < kHandOverTolerances.busy_ticks) continue;
+    back_off(facts);
+    facts.busy = 0;
+  }
   for_each_index(executor, moving_.size(), kBodies, [this](std::size_t k) {
     const Facts& facts = facts_[islands_->of(static_cast<std::int32_t>(k))];
     Poise& poise = poises_[index(moving_[k])];

@@ -16,6 +16,7 @@ class HandOver {
  public:
   /// Not at all; bodies that have never been in contact; as in the tick before; from the soft step.
   enum class Choice : std::uint8_t { soft, first, keeps, takes_over };
+  using Budget = IslandSolver::Budget;
 
   /// Looks at the islands, and forgets where points rested that have let go.
   void begin(const ContactTick& tick, const BodyArrays& arrays, const TickIslands& islands,
@@ -25,8 +26,8 @@ class HandOver {
   bool may_be_stopped(std::size_t island) const {
     return choice(island) == Choice::keeps && facts_[island].free == 0 && is_large(island);
   }
-  /// That an attempt may take.
-  int iterations(std::size_t island) const;
+  /// What an attempt may take, and where it is not begun.
+  Budget budget(std::size_t island) const;
   /// As Newton's method moves it; what is taken over is to lie still.
   bool is_slow(const Island& island, const IslandSolver& solver, bool is_taken_over) const;
 
@@ -38,9 +39,12 @@ class HandOver {
   void let_go(const Island& island);
   void let_go_of_soft(std::span<ContactConstraint* const> constraints);
 
-  /// What became of it: it is held, and rests or creeps; or not, as what was found would move off.
-  enum class Attempt { none, rests, creeps, in_vain, moves };
+  /// What became of it: it rests; is held, without an iteration or by some; or is not, as what was
+  /// found would move off.
+  enum class Attempt { none, rests, held, solved, in_vain, moves };
   void note(std::size_t island, Attempt attempt);
+  /// It was stopped at the peak of its sway.
+  void note_stop(std::size_t island) { facts_[island].busy = 0; }
   void end(Executor& executor);
 
  private:
@@ -70,7 +74,7 @@ class HandOver {
   void look_at_rest(ContactConstraint& c) const;
   static void freeze(ContactConstraint& c);
   static Choice choose(const Facts& facts);
-  static void wait(Facts& facts);
+  static void back_off(Facts& facts);
   bool is_large(std::size_t island) const { return facts_[island].contacts > kLargeHeap; }
 
   /// Of a body.

@@ -10,8 +10,8 @@
 //   3. else, or where overlaps are to be pushed out, or it begins to move: the soft step in the
 //      same tick, from where bodies were. What was not found is counted, as
 //      ContactReport::islands_makeshift.
-// A large island that is held and creeps is stopped at the peak of its sway, as soft steps do it;
-// if it has none for long, it goes back to soft steps (hand_over.cpp).
+// A large island that is held and creeps is stopped at the peak of its sway (settling.h); if none
+// comes within 15 ticks, it goes back to soft steps (hand_over.cpp).
 //
 // Cost: at rest 60 ns a manifold; what moves, as the soft step and 15 ns a body.
 #include <algorithm>
@@ -57,7 +57,7 @@ class HybridStep final : public IslandStep {
     const bool takes_over = hand_over_.choice(i) == Choice::takes_over;
     if (takes_over) hand_over_.freeze(island);
     const bool is_found =
-        solver().solve_at_rest(bodies(), arrays(), island, tick().dt, hand_over_.iterations(i));
+        solver().solve_at_rest(bodies(), arrays(), island, tick().dt, hand_over_.budget(i));
     if (!is_found || !hand_over_.is_slow(island, solver(), takes_over)) {
       if (takes_over) hand_over_.thaw(island);
       hand_over_.let_go(island);
@@ -66,9 +66,9 @@ class HybridStep final : public IslandStep {
       report().islands_makeshift += is_found ? 0 : 1;
       return false;
     }
-    const bool rests = solver().iterations() == 0;
-    hand_over_.note(i, rests ? Attempt::rests : Attempt::creeps);
-    ++(rests ? report().islands_at_rest : report().islands_by_newton);
+    const bool costs_nothing = solver().iterations() == 0;
+    hand_over_.note(i, costs_nothing ? Attempt::held : Attempt::solved);
+    ++(costs_nothing ? report().islands_at_rest : report().islands_by_newton);
     report().islands_taken_over += takes_over ? 1 : 0;
     return true;
   }
@@ -85,16 +85,23 @@ class HybridStep final : public IslandStep {
 
   /// Of what is held and large, as soft steps do: or it would be solved for as long as it sways.
   void end_sways() {
-    is_held_.assign(islands().count(), 0);
+    are_solved_.assign(islands().count(), 0);
     is_calm_.assign(islands().count(), 0);
     for (std::size_t i = 0; i < islands().count(); ++i) {
       if (fates()[i] != Fate::solved) continue;
-      is_held_[i] = 1;
+      are_solved_[i] = 1;
       is_calm_[i] = hand_over_.may_be_stopped(i) && !is_driven(islands_in()[i]) ? 1 : 0;
     }
-    if (std::ranges::find(is_held_, 1) == is_held_.end()) return;
-    settling_.damp(tick(), arrays(), {islands(), islands().numbers(), gives_, is_held_}, is_calm_,
-                   report().balance);
+    for (const std::int32_t slot : tick().stirred) {  // a push is no swing
+      const std::int32_t k = islands().numbers()[index(slot)];
+      if (k >= 0) is_calm_[island_of_body(index(k))] = 0;
+    }
+    if (std::ranges::find(are_solved_, 1) == are_solved_.end()) return;
+    settling_.damp(tick(), arrays(), {islands(), islands().numbers(), gives_, are_solved_},
+                   is_calm_, report().balance);
+    for (std::size_t i = 0; i < islands().count(); ++i) {
+      if (are_solved_[i] != 0 && settling_.has_ended(i)) hand_over_.note_stop(i);
+    }
   }
 
   /// By a kinematic body.
@@ -110,8 +117,8 @@ class HybridStep final : public IslandStep {
 
   HandOver hand_over_;
   Settling settling_;
-  std::vector<double> gives_;                    // s^2, by island
-  std::vector<std::uint8_t> is_held_, is_calm_;  // by island: solved at once; and may be stopped
+  std::vector<double> gives_;                       // s^2, by island
+  std::vector<std::uint8_t> are_solved_, is_calm_;  // by island: solved at once; and may be stopped
 };
 
 }  // namespace

@@ -77,10 +77,14 @@ void IslandSolver::begin(const BodyLines& bodies, const BodyArrays& arrays, Isla
 }
 
 bool IslandSolver::solve_at_rest(const BodyLines& bodies, const BodyArrays& arrays, Island& island,
-                                 double dt, int iterations_max) {
+                                 double dt, const Budget& budget) {
   begin(bodies, arrays, island, dt);
+  if (std::isfinite(budget.unbalanced) &&
+      minimiser_.error(contacts_, x_) > budget.unbalanced * scale_) {
+    return false;
+  }
   for (int k = 0; k <= kSlips; ++k) {
-    if (!minimise(iterations_max - iterations_)) return false;
+    if (!minimise(budget.iterations - iterations_)) return false;
     if (slip_error() <= kSlipEnough_mps) {
       is_still_ = x_.norm() <= kIslandStill * scale_;
       if (is_still_) x_.setZero();

@@ -2,6 +2,8 @@
 /// "accurate": see island_solver.cpp.
 #pragma once
 
+#include <limits>
+
 #include "server/dynamics/contact/newton/minimise.h"
 
 namespace cradle {
@@ -39,9 +41,14 @@ class IslandSolver {
   /// Bodies have their velocities after loads. False where it finds none; then nothing has changed.
   bool solve(const BodyLines& bodies, const BodyArrays& arrays, Island& island, double dt);
 
-  /// Likewise, within so many iterations, of what does not part and hardly slides: "hybrid".
+  struct Budget {
+    int iterations;
+    /// Of what loads do in a tick: what is farther out of balance is not tried.
+    double unbalanced = std::numeric_limits<double>::infinity();
+  };
+  /// Likewise, within a budget, of what does not part and hardly slides: "hybrid".
   bool solve_at_rest(const BodyLines& bodies, const BodyArrays& arrays, Island& island, double dt,
-                     int iterations_max);
+                     const Budget& budget);
 
   // Of the last island that was solved.
 

@@ -323,19 +323,29 @@ TEST_CASE("what rolls on a large wall is not solved with it for as long as it ro
   CHECK(state(world, rolls).p_WBo.x == Approx(kGravity * kSlope / 3 * 9).epsilon(0.05));
 }
 
-TEST_CASE("what was pushed rolls on on a large wall") {
-  // v = 2/3 F t / m, by the friction of what does not slide.
+TEST_CASE("what was set going rolls on on a large wall") {
   World world = LargeWall().world;
-  const BodyId rolls = add(world, roller(0.2));
+  constexpr double kRadius = 0.2, kSpeed = 2e-3;
+  const BodyId rolls = add(world, roller(kRadius));
   steps(world, 5);
-  Wrench push;
-  push.body = rolls;
-  push.value = {0.02, 0, 0};
-  push.duration = WrenchDuration::ticks;
-  push.ticks = 8;
-  REQUIRE(world.push(std::array{push}).result == Result::ok);
+  SECTION("by a push: v = 2/3 F t / m, by the friction of what does not slide") {
+    Wrench push;
+    push.body = rolls;
+    push.value = {1.5 * kSpeed * 60 / 8, 0, 0};
+    push.duration = WrenchDuration::ticks;
+    push.ticks = 8;
+    REQUIRE(world.push(std::array{push}).result == Result::ok);
+  }
+  SECTION("at once") {
+    Motion starts;
+    starts.body = rolls;
+    starts.sets_velocity = true;
+    starts.v_WBcm = {kSpeed, 0, 0};
+    starts.w_WB = {0, kSpeed / kRadius, 0};
+    REQUIRE(world.set_motion(std::array{starts}).result == Result::ok);
+  }
   steps(world, 120);
-  CHECK(state(world, rolls).v_WBcm.x == Approx(2.0 / 3 * 0.02 * 8 / 60).epsilon(0.01));
+  CHECK(state(world, rolls).v_WBcm.x == Approx(kSpeed).epsilon(0.01));
 }
 
 TEST_CASE("a tower on a conveyor goes along with it by the hybrid") {

@@ -36,7 +36,7 @@ struct SettlingTolerances {
   /// on").
   double peak = 2;
   /// And it is past where so much is lost in a tick: of what swings 2 omega dt tan(phase), of what
-  /// rolls on the error of the step ("what was pushed rolls on").
+  /// rolls on the error of the step ("what was set going").
   double fall = 1e-3;
 };
 constexpr SettlingTolerances kSettlingTolerances;

@@ -83,7 +83,7 @@ class HybridStep final : public IslandStep {
     hand_over_.end(*tick().executor);
   }
 
-  /// Of what is held and large, as soft steps do: or it would be solved for as long as it sways.
+  /// Of what is held and large: or it would be solved for as long as it sways.
   void end_sways() {
     are_solved_.assign(islands().count(), 0);
     is_calm_.assign(islands().count(), 0);
@@ -91,10 +91,6 @@ class HybridStep final : public IslandStep {
       if (fates()[i] != Fate::solved) continue;
       are_solved_[i] = 1;
       is_calm_[i] = hand_over_.may_be_stopped(i) && !is_driven(islands_in()[i]) ? 1 : 0;
-    }
-    for (const std::int32_t slot : tick().stirred) {  // a push is no swing
-      const std::int32_t k = islands().numbers()[index(slot)];
-      if (k >= 0) is_calm_[island_of_body(index(k))] = 0;
     }
     if (std::ranges::find(are_solved_, 1) == are_solved_.end()) return;
     settling_.damp(tick(), arrays(), {islands(), islands().numbers(), gives_, are_solved_},

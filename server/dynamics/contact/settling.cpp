@@ -5,7 +5,7 @@
 // taken. Where we differ: only of swings smaller than the contact tolerance, so that nothing that a
 // user could see is slowed down. From rest to the peak is a quarter of a period T, the amplitude
 //   A = v / omega = v T / 2 pi = v t 2 / pi,  t the time since the kinetic energy was lowest
-// and what rolls or slides on has no peak. Measured on a wall of 465 cubes: 3e-4 m/s after 600
+// and what rolls or slides on hardly loses any. Measured on a wall of 465 cubes: 3e-4 m/s after 600
 // ticks without, 8e-11 m/s after 400 with it.
 //
 // At rest: all velocities are 0, no load is new, and for every body  m a + sum F = 0,  tau + sum r

@@ -21,7 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-#ifdef __SANITIZE_THREAD__
+#ifdef CRADLE_SANITIZED
 constexpr int kDatagrams = 50'000;  // slower, and other things are looked for
 #else
 constexpr int kDatagrams = 1'000'000;
@@ -134,7 +134,7 @@ class Victims {
     return {daemon_.resident_kB(), worker_.resident_kB(), watcher_.resident_kB()};
   }
   void check_growth([[maybe_unused]] const Memory& before) const {
-#ifndef __SANITIZE_THREAD__  // whose own tables grow
+#ifndef CRADLE_SANITIZED  // whose own tables grow
     const Memory now = memory();
     for (std::size_t i = 0; i < now.size(); ++i) {
       CAPTURE(i, before[i], now[i]);

@@ -293,7 +293,7 @@ BodySpec roller(double radius_m) {
 TEST_CASE("what sways a little on a large wall is stopped half way while it is held") {
   // An ellipsoid that rocks: omega^2 = m g (a^2 / c - c) / (I + m c^2), I = m (a^2 + c^2) / 5; from
   // the turn to the bottom is a quarter of a period, 11 ticks; that it is past is seen within
-  // three.
+  // three. What is left then is below what may be out of balance at rest (settling.cpp).
   World world = LargeWall().world;
   constexpr double a = 0.25, c = 0.15, angle = 2e-4;
   BodySpec rocker = ball(c, {0, 0, kRows + std::hypot(a * std::sin(angle), c * std::cos(angle))});

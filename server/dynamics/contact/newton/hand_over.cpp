@@ -20,12 +20,13 @@
 //     (settling.h), and nothing is still being pushed out; what slides or rolls on slowly is hardly
 //     slower from tick to tick, and is not stopped;
 // and if nothing is struck, and nothing slides away.
-// Attempts in vain make it wait, for 10, 20, 40... 320 ticks, and so does what is large, is held
-// and moves nevertheless, for 15 ticks: each of them is a solution, dearer than soft steps. That is
-// forgotten as soon as it rests. What was stopped
-// at its peak, but is not in balance and begins to move as it is taken over, is not stopped for as
-// long: so a ball in a heap gets the time to roll. Where we differ from the prototype that this is
-// after: that took over what was slower than 1 cm/s for ten ticks, and took away its velocities.
+// Attempts in vain make it wait, for 10, 20, 40... 320 ticks. So does what is large, is held and
+// moves nevertheless, for 15 ticks: each of them is a solution, dearer than soft steps. How often
+// is forgotten once it rests. What is large and far out of balance is not tried.
+// What was stopped at its peak, but is not in balance and begins to move as it is taken over, is
+// not stopped for as long as it waits: so a ball in a heap gets the time to roll.
+// Where we differ from the prototype that this is after: that took over what was slower than 1 cm/s
+// for ten ticks, and took away its velocities.
 //
 // Order: exact. Cost: 15 ns a body, and a contact of what may rest or has rested.
 #include "server/dynamics/contact/newton/hand_over.h"

@@ -403,6 +403,11 @@ template <class V, std::size_t... l>
 CRADLE_LANES void store_halves(double* lower, double* upper, const V& v,
                                std::index_sequence<l...>) {
   store(lower, __builtin_shufflevector(v, v, int(l)...));
+#ifdef __AVX__
+  if constexpr (kLanes<V> == 4) {
+    return _mm_storeu_pd(upper, _mm256_extractf128_pd(__m256d(v), 1));
+  }
+#endif
 #ifdef __AVX512F__
   if constexpr (kLanes<V> == 8) {
     return _mm256_storeu_pd(upper, _mm512_maskz_extractf64x4_pd(0xf, __m512d(v), 1));

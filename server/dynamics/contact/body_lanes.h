@@ -25,7 +25,7 @@ CRADLE_LANES void store_run(BodyLine* lines, const Triple<V>& linear, const Trip
   V rows[kLineNumbers] = {linear.x,  linear.y,  linear.z,     angular.x,
                           angular.y, angular.z, inverse_mass, inverse_moment};
   const auto line = [&](int l) CRADLE_LAMBDA { return numbers_of(lines + l); };
-  store_line_rows(rows, line, line);
+  store_line_rows(rows, line);
 }
 
 /// Of contacts, since `v` and `w`.

@@ -19,8 +19,9 @@ CRADLE_LANES void store_numbers(V* rows, const BlockOf<V>& c, int lane, int begi
     if (c.source[lane] < 0) return;
     for (int k = first; k < end; ++k) c.lines[lane][begin + k] = rows[k];
   } else if constexpr (kIsFloats<V>) {
-    put_fours<first, end>(rows, [&](int l, int part, const FourFloats& four) CRADLE_LAMBDA {
-      if (c.source[lane + l] >= 0) store_four(c.lines[lane + l] + begin + part, four);
+    static_assert(end - first == 4);
+    put_four_rows(rows + first, [&](int l, const FourFloats& four) CRADLE_LAMBDA {
+      if (c.source[lane + l] >= 0) store_four(c.lines[lane + l] + begin + first, four);
     });
   } else {
     CRADLE_UNROLLED
@@ -39,7 +40,11 @@ CRADLE_LANES void store_numbers(V* rows, const BlockOf<V>& c, int lane, int begi
 template <class V, int first = 0, int end = kLineNumbers>
 CRADLE_LANES void load_numbers(V* to, const BlockOf<V>& c, int lane, int begin) {
   if constexpr (kIsFloats<V>) {
-    load_line_rows(to, [&](int l) CRADLE_LAMBDA { return c.lines[lane + l] + begin; });
+    CRADLE_UNROLLED
+    for (int part = first; part < end; part += 4) {
+      load_four_rows(to + part,
+                     [&](int l) CRADLE_LAMBDA { return c.lines[lane + l] + begin + part; });
+    }
   } else {
     load_columns<kLineNumbers, first, end>(to, c.lines + lane, begin);
   }

@@ -46,27 +46,37 @@ CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) 
   load_rows(r, lines, at);
   return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[kInverseMass], r[kInverseMoment]};
 }
+/// Of what was `before`, as it was loaded from there.
 template <class V>
 CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* from, const std::int32_t* to,
-                              const Twist<V>& twist) {
-  V r[kLineNumbers] = {twist.linear.x,  twist.linear.y,  twist.linear.z,     twist.angular.x,
-                       twist.angular.y, twist.angular.z, twist.inverse_mass, twist.inverse_moment};
-  store_line_rows(
-      r, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + from[l]); },
-      [&](int l) CRADLE_LAMBDA { return numbers_of(lines + to[l]); });
+                              const Twist<V>& before, const Twist<V>& now) {
+  const auto of = [&](const std::int32_t* at) CRADLE_LAMBDA {
+    return [=](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]); };
+  };
+  if constexpr (kIsFloats<V>) {
+    const Triple<V> dv = now.linear - before.linear, dw = now.angular - before.angular;
+    V rows[kLineNumbers] = {dv.x, dv.y, dv.z, dw.x, dw.y, dw.z, V{}, V{}};
+    change_line_rows(rows, of(from), of(to));
+  } else {
+    V rows[kLineNumbers] = {now.linear.x,  now.linear.y,  now.linear.z,     now.angular.x,
+                            now.angular.y, now.angular.z, now.inverse_mass, now.inverse_moment};
+    store_line_rows(rows, of(to));
+  }
+}
+template <class V>
+CRADLE_LANES Twist<V> half_of(const Twist<Twin<V>>& twist, V Twin<V>::*half) {
+  const auto& [v, w, inverse_mass, inverse_moment] = twist;
+  return {{v.x.*half, v.y.*half, v.z.*half},
+          {w.x.*half, w.y.*half, w.z.*half},
+          inverse_mass.*half,
+          inverse_moment.*half};
 }
 template <class V>
 CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* from, const std::int32_t* to,
-                              const Twist<Twin<V>>& t) {
-  const auto half = [&](V Twin<V>::*of) CRADLE_LAMBDA {
-    const auto& [v, w, inverse_mass, inverse_moment] = t;
-    return Twist<V>{{v.x.*of, v.y.*of, v.z.*of},
-                    {w.x.*of, w.y.*of, w.z.*of},
-                    inverse_mass.*of,
-                    inverse_moment.*of};
-  };
-  store_lines(lines, from, to, half(&Twin<V>::lo));
-  store_lines(lines, from + kLanes<V>, to + kLanes<V>, half(&Twin<V>::hi));
+                              const Twist<Twin<V>>& before, const Twist<Twin<V>>& now) {
+  constexpr auto lo = &Twin<V>::lo, hi = &Twin<V>::hi;
+  store_lines(lines, from, to, half_of(before, lo), half_of(now, lo));
+  store_lines(lines, from + kLanes<V>, to + kLanes<V>, half_of(before, hi), half_of(now, hi));
 }
 
 // A manifold in a lane.
@@ -132,6 +142,7 @@ CRADLE_LANES Frame<V> frame_at(const BlockOf<V>& c, int lane) {
 template <class V, class Inertia>
 struct Bodies {
   Twist<V> A, B;
+  Twist<V> A_before, B_before;  ///< as they were loaded
   Inertia inverse_inertia_A, inverse_inertia_B;
   Triple<V> arm_A, arm_B;
 
@@ -154,12 +165,9 @@ struct Bodies {
 template <class V, class Inertia>
 CRADLE_LANES Bodies<V, Inertia> bodies_at(const BlockOf<V>& c, int lane,
                                           const BodyLine* velocities) {
-  Bodies<V, Inertia> bodies{load_lines<V>(velocities, c.a + lane),
-                            load_lines<V>(velocities, c.b + lane),
-                            {},
-                            {},
-                            at3<V>(c.arm_A, lane),
-                            at3<V>(c.arm_B, lane)};
+  const Twist<V> A = load_lines<V>(velocities, c.a + lane);
+  const Twist<V> B = load_lines<V>(velocities, c.b + lane);
+  Bodies<V, Inertia> bodies{A, B, A, B, {}, {}, at3<V>(c.arm_A, lane), at3<V>(c.arm_B, lane)};
   set_inertia(bodies.inverse_inertia_A, bodies.A, c.inverse_inertia_A, lane);
   set_inertia(bodies.inverse_inertia_B, bodies.B, c.inverse_inertia_B, lane);
   return bodies;
@@ -167,8 +175,8 @@ CRADLE_LANES Bodies<V, Inertia> bodies_at(const BlockOf<V>& c, int lane,
 template <class V, class Inertia>
 CRADLE_LANES void store_bodies(const BlockOf<V>& c, int lane, const Bodies<V, Inertia>& bodies,
                                BodyLine* velocities) {
-  store_lines(velocities, c.a + lane, c.a_out + lane, bodies.A);
-  store_lines(velocities, c.b + lane, c.b_out + lane, bodies.B);
+  store_lines(velocities, c.a + lane, c.a_out + lane, bodies.A_before, bodies.A);
+  store_lines(velocities, c.b + lane, c.b_out + lane, bodies.B_before, bodies.B);
 }
 
 /// Which element of `coupling` joins points i < j.

@@ -1,6 +1,6 @@
-/// Several doubles, or floats, side by side: `V` is double itself, a vector of GCC's vector
-/// extensions, or a Twin of such, and one text serves for all. Everything is internal to the file
-/// that includes it, so that no code made for one instruction set can end up in another's place.
+/// Several doubles, or floats, side by side: `V` is double itself or a vector of GCC's vector
+/// extensions, and one text serves for all. Everything is internal to the file that includes it, so
+/// that no code made for one instruction set can end up in another's place.
 ///
 /// Every operation acts on each lane by itself, and rounds as one number does: results are the same
 /// bits at every width.
@@ -33,22 +33,9 @@
 namespace cradle {
 namespace {
 
-/// Two vectors as one: what works on one of them after the other waits for each result, what works
-/// on both has something else to do meanwhile. Of numbers, or of masks.
-template <class V>
-struct Twin {
-  V lo, hi;
-};
-template <class V>
-concept IsTwin = requires(V v) {
-  v.lo, v.hi;
-};
-
 template <class V>
 constexpr auto number_of(const V& v) {
-  if constexpr (IsTwin<V>) {
-    return number_of(v.lo);
-  } else if constexpr (requires { v[0]; }) {
+  if constexpr (requires { v[0]; }) {
     return std::remove_cvref_t<decltype(v[0])>{};
   } else {
     return v;
@@ -62,52 +49,21 @@ inline constexpr int kLanes = static_cast<int>(sizeof(V) / sizeof(NumberOf<V>));
 template <class V>
 inline constexpr bool kIsFloats = std::is_same_v<NumberOf<V>, float>;
 
-// Of each of both.
-template <class V>
-CRADLE_LANES Twin<V> operator-(const Twin<V>& a) {
-  return {-a.lo, -a.hi};
-}
-#define CRADLE_OF_TWIN(op)                                            \
-  template <class V>                                                  \
-  CRADLE_LANES auto operator op(const Twin<V>& a, const Twin<V>& b) { \
-    return Twin<decltype(a.lo op b.lo)>{a.lo op b.lo, a.hi op b.hi};  \
-  }
-CRADLE_OF_TWIN(+)
-CRADLE_OF_TWIN(-)
-CRADLE_OF_TWIN(*)
-CRADLE_OF_TWIN(/)
-CRADLE_OF_TWIN(<)
-CRADLE_OF_TWIN(>)
-CRADLE_OF_TWIN(<=)
-CRADLE_OF_TWIN(>=)
-CRADLE_OF_TWIN(==)
-CRADLE_OF_TWIN(&)
-CRADLE_OF_TWIN(|)
-#undef CRADLE_OF_TWIN
-template <class V>
-CRADLE_LANES Twin<V> operator+(const Twin<V>& a, double b) {
-  return {a.lo + NumberOf<V>(b), a.hi + NumberOf<V>(b)};
-}
-template <class V>
-CRADLE_LANES Twin<V> operator+(double a, const Twin<V>& b) {
-  return {NumberOf<V>(a) + b.lo, NumberOf<V>(a) + b.hi};
-}
-template <class V>
-CRADLE_LANES Twin<V> operator*(double a, const Twin<V>& b) {
-  return {NumberOf<V>(a) * b.lo, NumberOf<V>(a) * b.hi};
-}
-template <class V>
-CRADLE_LANES Twin<V> operator/(double a, const Twin<V>& b) {
-  return {NumberOf<V>(a) / b.lo, NumberOf<V>(a) / b.hi};
-}
-template <class V>
-CRADLE_LANES Twin<V> operator/(const Twin<V>& a, double b) {
-  return {a.lo / NumberOf<V>(b), a.hi / NumberOf<V>(b)};
-}
+// Copied member by member: what the compiler copies as a block goes through memory, in pieces that
+// are not those in which it is then read.
 
 template <class V>
 struct Triple {
   V x, y, z;
+  CRADLE_LANES Triple() : x{}, y{}, z{} {}
+  CRADLE_LANES Triple(const V& x_, const V& y_, const V& z_) : x(x_), y(y_), z(z_) {}
+  CRADLE_LANES Triple(const Triple& t) : x(t.x), y(t.y), z(t.z) {}
+  CRADLE_LANES Triple& operator=(const Triple& t) {
+    x = t.x;
+    y = t.y;
+    z = t.z;
+    return *this;
+  }
 };
 template <class V>
 struct Quadruple {  // a quaternion, w is its scalar part
@@ -145,59 +101,55 @@ CRADLE_LANES V dot(const Triple<V>& a, const Triple<V>& b) {
 /// a > b ? a : b
 template <class V>
 CRADLE_LANES V larger(const V& a, const V& b) {
-  if constexpr (IsTwin<V>) {
-    return {larger(a.lo, b.lo), larger(a.hi, b.hi)};
 #ifdef __SSE2__
-  } else if constexpr (sizeof(V) == 16) {
+  if constexpr (sizeof(V) == 16) {
     if constexpr (kIsFloats<V>) return V(_mm_max_ps(__m128(a), __m128(b)));
     return V(_mm_max_pd(__m128d(a), __m128d(b)));
+  }
 #endif
 #ifdef __AVX2__
-  } else if constexpr (sizeof(V) == 32) {
+  if constexpr (sizeof(V) == 32) {
     if constexpr (kIsFloats<V>) return V(_mm256_max_ps(__m256(a), __m256(b)));
     return V(_mm256_max_pd(__m256d(a), __m256d(b)));
+  }
 #endif
 #ifdef __AVX512F__
-  } else if constexpr (sizeof(V) == 64) {
+  if constexpr (sizeof(V) == 64) {
     if constexpr (kIsFloats<V>) return V(_mm512_maskz_max_ps(0xffff, __m512(a), __m512(b)));
     return V(_mm512_maskz_max_pd(0xff, __m512d(a), __m512d(b)));
-#endif
-  } else {
-    return a > b ? a : b;
   }
+#endif
+  return a > b ? a : b;
 }
 
 /// a < b ? a : b
 template <class V>
 CRADLE_LANES V smaller(const V& a, const V& b) {
-  if constexpr (IsTwin<V>) {
-    return {smaller(a.lo, b.lo), smaller(a.hi, b.hi)};
 #ifdef __SSE2__
-  } else if constexpr (sizeof(V) == 16) {
+  if constexpr (sizeof(V) == 16) {
     if constexpr (kIsFloats<V>) return V(_mm_min_ps(__m128(a), __m128(b)));
     return V(_mm_min_pd(__m128d(a), __m128d(b)));
+  }
 #endif
 #ifdef __AVX2__
-  } else if constexpr (sizeof(V) == 32) {
+  if constexpr (sizeof(V) == 32) {
     if constexpr (kIsFloats<V>) return V(_mm256_min_ps(__m256(a), __m256(b)));
     return V(_mm256_min_pd(__m256d(a), __m256d(b)));
+  }
 #endif
 #ifdef __AVX512F__
-  } else if constexpr (sizeof(V) == 64) {
+  if constexpr (sizeof(V) == 64) {
     if constexpr (kIsFloats<V>) return V(_mm512_maskz_min_ps(0xffff, __m512(a), __m512(b)));
     return V(_mm512_maskz_min_pd(0xff, __m512d(a), __m512d(b)));
-#endif
-  } else {
-    return a < b ? a : b;
   }
+#endif
+  return a < b ? a : b;
 }
 
 /// Without its sign.
 template <class V>
 CRADLE_LANES V size_of(const V& x) {
-  if constexpr (IsTwin<V>) {
-    return {size_of(x.lo), size_of(x.hi)};
-  } else if constexpr (kLanes<V> == 1) {
+  if constexpr (kLanes<V> == 1) {
     return static_cast<V>(__builtin_fabs(x));
   } else {
     using Bits = decltype(x < x);
@@ -207,9 +159,7 @@ CRADLE_LANES V size_of(const V& x) {
 
 template <class V>
 CRADLE_LANES V root(const V& x) {
-  if constexpr (IsTwin<V>) {
-    return {root(x.lo), root(x.hi)};
-  } else if constexpr (kLanes<V> == 1) {
+  if constexpr (kLanes<V> == 1) {
     return static_cast<V>(__builtin_sqrt(x));  // of a float rounded twice, to the same
 #ifdef __SSE2__
   } else if constexpr (sizeof(V) == 16) {
@@ -236,11 +186,7 @@ CRADLE_LANES V root(const V& x) {
 
 template <class M, class V>
 CRADLE_LANES V select(const M& mask, const V& a, const V& b) {
-  if constexpr (IsTwin<M>) {
-    return {select(mask.lo, a.lo, b.lo), select(mask.hi, a.hi, b.hi)};
-  } else {
-    return mask ? a : b;
-  }
+  return mask ? a : b;
 }
 template <class M, class V>
 CRADLE_LANES Triple<V> select(const M& mask, const Triple<V>& a, const Triple<V>& b) {
@@ -305,9 +251,7 @@ CRADLE_LANES M folded(const M& mask, std::index_sequence<l...> lanes) {
 
 template <class V, class M>
 CRADLE_LANES bool any(const M& mask) {
-  if constexpr (IsTwin<V>) {
-    return any<decltype(V::lo)>(mask.lo | mask.hi);
-  } else if constexpr (kLanes<V> == 1) {
+  if constexpr (kLanes<V> == 1) {
     return mask;
 #ifdef __SSE2__
   } else if constexpr (sizeof(V) == 16) {
@@ -330,39 +274,25 @@ CRADLE_LANES bool any(const M& mask) {
 }
 template <class V, class M>
 CRADLE_LANES bool all(const M& mask) {
-  if constexpr (IsTwin<V>) {
-    return all<decltype(V::lo)>(mask.lo & mask.hi);
-  } else {
-    return !any<V>(mask == M{});
-  }
+  return !any<V>(mask == M{});
 }
 
 // Between arrays and lanes.
 
 template <class V>
 CRADLE_LANES V fill(double value) {
-  return V{} + NumberOf<V>(value);
+  return NumberOf<V>(value) - V{};  // the same to the compiler, and to any number
 }
 
 template <class V>
 CRADLE_LANES V load(const NumberOf<V>* from) {
-  if constexpr (IsTwin<V>) {
-    using Half = decltype(V::lo);
-    return {load<Half>(from), load<Half>(from + kLanes<Half>)};
-  } else {
-    using Anywhere [[gnu::aligned(alignof(NumberOf<V>)), gnu::may_alias]] = V;
-    return *reinterpret_cast<const Anywhere*>(from);
-  }
+  using Anywhere [[gnu::aligned(alignof(NumberOf<V>)), gnu::may_alias]] = V;
+  return *reinterpret_cast<const Anywhere*>(from);
 }
 template <class V>
 CRADLE_LANES void store(NumberOf<V>* to, const V& v) {
-  if constexpr (IsTwin<V>) {
-    store(to, v.lo);
-    store(to + kLanes<decltype(v.lo)>, v.hi);
-  } else {
-    using Anywhere [[gnu::aligned(alignof(NumberOf<V>)), gnu::may_alias]] = V;
-    *reinterpret_cast<Anywhere*>(to) = v;
-  }
+  using Anywhere [[gnu::aligned(alignof(NumberOf<V>)), gnu::may_alias]] = V;
+  *reinterpret_cast<Anywhere*>(to) = v;
 }
 
 /// In groups of `count` rows and elements, element l of row k becomes element k of row l: one bit

@@ -42,8 +42,9 @@ struct ContactBlock {
   // What all passes of a sub-step read lies side by side, points after each other, and what some
   // runs have no use for comes last.
   alignas(64) Row n[3], t1[3];
-  Row arm_A[3], arm_B[3];                     ///< m, from Bcm to c
-  std::int32_t a[kLanes], b[kLanes];          ///< lines to read
+  Row arm_A[3], arm_B[3];  ///< m, from Bcm to c
+  // Where the bodies' lines begin, by numbers, so that an address takes no shift.
+  std::int32_t a[kLanes], b[kLanes];          ///< to read
   std::int32_t a_out[kLanes], b_out[kLanes];  ///< and to write: of bodies that yield
   Row part;                                   ///< of its impulses: for `repeat` and `scale`
   Row friction;
@@ -70,10 +71,12 @@ struct ContactBlock {
   std::int32_t source[kLanes];  ///< which constraint; -1: none
 };
 
+inline constexpr int kLineNumbers = 8;
+
 /// v and w, or displacement and turn since the tick's start, of one body.
 struct BodyLine {
   /// Linear, angular; with velocities 1/m and, of bodies with equal moments, 1/J: how it yields.
-  alignas(64) double all[8];
+  alignas(64) double all[kLineNumbers];
 };
 /// Where they begin.
 inline constexpr int kAngular = 3, kInverseMass = 6, kInverseMoment = 7;

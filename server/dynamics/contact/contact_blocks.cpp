@@ -11,8 +11,6 @@
 namespace cradle {
 namespace {
 
-constexpr int kLine = 8;  // numbers
-
 /// Of the constraint that a block's lane reads, the number at this place of this line.
 constexpr std::size_t at(int line, std::size_t place) {
   return sizeof(double) * (static_cast<std::size_t>(line) + place);
@@ -26,7 +24,7 @@ static_assert(offsetof(ContactConstraint, from_B) == at(Lines::kBodies, 0));
 static_assert(offsetof(ContactConstraint, restitution) == at(Lines::kBodies, 5));
 static_assert(offsetof(ContactConstraint, points) == at(Lines::kPoints, 0));
 static_assert(offsetof(ContactConstraint, K_normals) == at(Lines::kMasses, 0));
-static_assert(sizeof(ConstraintPoint) == at(kLine, 0));
+static_assert(sizeof(ConstraintPoint) == at(kLineNumbers, 0));
 static_assert(offsetof(ConstraintPoint, rA) == at(0, 0));
 static_assert(offsetof(ConstraintPoint, s0) == at(0, 3));
 static_assert(offsetof(ConstraintPoint, force_t) == at(Lines::kLoad, 0));
@@ -47,17 +45,21 @@ Vector centre(const ContactConstraint& c) {
 }
 
 /// Of no constraint. Nobody writes to it.
-alignas(64) double no_lines[ConstraintLines::kPoints + kBlockPoints * kLine]{};
+alignas(64) double no_lines[ConstraintLines::kPoints + kBlockPoints * kLineNumbers]{};
+
+// Lines of bodies, as blocks have them.
+constexpr std::int32_t begin_of(std::int32_t line) { return line * kLineNumbers; }
+constexpr std::int32_t line_at(std::int32_t begin) { return begin / kLineNumbers; }
 
 /// Lanes without a manifold do nothing to nobody.
 template <class Real>
 void clear(ContactBlock<Real>& block, std::int32_t nobody, std::int32_t waste) {
   constexpr int lanes = kBlockLanes<Real>;
   std::fill_n(block.lines, lanes, &no_lines[0]);
-  std::fill_n(block.a, lanes, nobody);
-  std::fill_n(block.b, lanes, nobody);
-  std::fill_n(block.a_out, lanes, waste);
-  std::fill_n(block.b_out, lanes, waste);
+  std::fill_n(block.a, lanes, begin_of(nobody));
+  std::fill_n(block.b, lanes, begin_of(nobody));
+  std::fill_n(block.a_out, lanes, begin_of(waste));
+  std::fill_n(block.b_out, lanes, begin_of(waste));
   std::fill_n(block.source, lanes, -1);
   for (auto& point : block.points) std::fill_n(point.yields, lanes, 0);
 }
@@ -82,14 +84,14 @@ void ContactBlocks<Real>::expect(std::size_t block, int points) const {
   for (const std::int32_t source : plan_.lanes(block)) {
     if (source < 0) continue;
     const ContactConstraint& c = *plan_.sources()[index(source)];
-    fetch(&c, at(Lines::kPoints + points * kLine, 0));
+    fetch(&c, at(Lines::kPoints + points * kLineNumbers, 0));
   }
 }
 /// Likewise, what its results are put in.
 template <class Real>
 void ContactBlocks<Real>::expect_results(const Block& block, int points) {
   for (const double* const line : block.lines) {
-    fetch(line + Lines::kMasses, at(Lines::kPoints - Lines::kMasses + points * kLine, 0));
+    fetch(line + Lines::kMasses, at(Lines::kPoints - Lines::kMasses + points * kLineNumbers, 0));
   }
 }
 
@@ -108,10 +110,10 @@ void ContactBlocks<Real>::fill(Block& block, const Run& run, const Passes& passe
     ContactConstraint& c = *plan_.sources()[index(block.source[lane])];
     block.lines[lane] = c.n.data();
     const std::int32_t a = bodies.line(c.a), b = bodies.line(c.b);
-    block.a[lane] = a;
-    block.b[lane] = b;
-    block.a_out[lane] = bodies.yields(a) ? a : waste;
-    block.b_out[lane] = bodies.yields(b) ? b : waste;
+    block.a[lane] = begin_of(a);
+    block.b[lane] = begin_of(b);
+    block.a_out[lane] = begin_of(bodies.yields(a) ? a : waste);
+    block.b_out[lane] = begin_of(bodies.yields(b) ? b : waste);
     for (int i = 0; i < run.points; ++i) block.points[i].yields[lane] = i < c.count ? 1 : 0;
     if (!c.has_rested) continue;
     if (!std::exchange(has_rested, true))
@@ -155,7 +157,7 @@ template <class Real>
 void ContactBlocks<Real>::follow_driven(const BodyLines& bodies) {
   for (const Driven& d : driven_) {
     Block& block = blocks_[d.block];
-    const std::int32_t a = block.a[d.lane], b = block.b[d.lane];
+    const std::int32_t a = line_at(block.a[d.lane]), b = line_at(block.b[d.lane]);
     set(d.is_A ? block.arm_A : block.arm_B, d.lane,
         d.is_A ? bodies.arm_now(a, b, d.arm, d.n) : bodies.arm_now(b, a, d.arm, d.n));
   }
@@ -168,7 +170,7 @@ void ContactBlocks<Real>::repeat_struck(Executor& executor, const Passes& passes
     for (Block& block : std::span(run.blocks, index(run.count))) {
       bool is_any_struck = false;
       for (int lane = 0; lane < Block::kLanes; ++lane) {
-        const bool is_struck = bodies.is_struck(block.a[lane], block.b[lane]);
+        const bool is_struck = bodies.is_struck(line_at(block.a[lane]), line_at(block.b[lane]));
         block.part[lane] = is_struck ? 1 : 0;
         is_any_struck |= is_struck;
       }
@@ -187,7 +189,9 @@ void ContactBlocks<Real>::scale_struck(Executor& executor, const Passes& passes,
       bool is_any_less = false;
       for (int lane = 0; lane < Block::kLanes; ++lane) {
         const bool is_struck = block.source[lane] >= 0 && block.part[lane] != 0;
-        const double share = is_struck ? shares[bodies.island_of(block.a[lane], block.b[lane])] : 1;
+        const double share =
+            is_struck ? shares[bodies.island_of(line_at(block.a[lane]), line_at(block.b[lane]))]
+                      : 1;
         block.part[lane] = static_cast<Real>(share);
         is_any_less |= block.part[lane] != 1;
       }

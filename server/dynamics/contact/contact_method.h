@@ -414,21 +414,18 @@ struct Passes {
   }
 };
 
-/// `W`: what passes work on at a time that do not wait for memory.
-template <class V, class W>
+template <class V>
 constexpr BlockPasses<NumberOf<V>> block_passes() {
   using P = Passes<V>;
-  using Q = Passes<W>;
-  return {P::gather, P::scatter, Q::prepare, Q::warm_start, Q::repeat,
-          P::scale,  Q::solve,   Q::relax,   Q::judge,      Q::work};
+  return {P::gather, P::scatter, P::prepare, P::warm_start, P::repeat,
+          P::scale,  P::solve,   P::relax,   P::judge,      P::work};
 }
 
-/// Of doubles `V` and floats `F`; `W` and `G` as `W` above.
-template <class V, class F, class W = V, class G = F>
+/// Of doubles `V` and floats `F`.
+template <class V, class F>
 constexpr ContactKernels contact_kernels() {
   using B = BodyPasses<V>;
-  return {kLanes<V>,           B::load, B::look, B::move, B::average, block_passes<V, W>(),
-          block_passes<F, G>()};
+  return {kLanes<V>, B::load, B::look, B::move, B::average, block_passes<V>(), block_passes<F>()};
 }
 
 }  // namespace

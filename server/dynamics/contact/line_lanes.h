@@ -7,11 +7,10 @@
 #pragma once
 
 #include "server/collision/lanes.h"
+#include "server/dynamics/contact/contact_block.h"
 
 namespace cradle {
 namespace {
-
-constexpr int kLineNumbers = 8;
 
 using TwoDoubles = double __attribute__((vector_size(16)));
 using TwoFloats = float __attribute__((vector_size(8)));
@@ -69,15 +68,16 @@ CRADLE_LANES void store_four(double* to, const FourFloats& v) {
   store(to + 2, __builtin_convertvector(__builtin_shufflevector(v, v, 2, 3), TwoDoubles));
 #endif
 }
-/// Of what is `from` there, changed by so much.
-CRADLE_LANES void store_changed(double* to, const double* from, const FourFloats& by) {
+/// What is there, by so much.
+CRADLE_LANES void change_four(double* numbers, const FourFloats& by) {
 #ifdef __AVX__
-  _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(from), _mm256_cvtps_pd(__m128(by))));
+  _mm256_storeu_pd(numbers, _mm256_add_pd(_mm256_loadu_pd(numbers), _mm256_cvtps_pd(__m128(by))));
 #else
-  store(to, load<TwoDoubles>(from) +
-                __builtin_convertvector(__builtin_shufflevector(by, by, 0, 1), TwoDoubles));
-  store(to + 2, load<TwoDoubles>(from + 2) +
-                    __builtin_convertvector(__builtin_shufflevector(by, by, 2, 3), TwoDoubles));
+  store(numbers, load<TwoDoubles>(numbers) +
+                     __builtin_convertvector(__builtin_shufflevector(by, by, 0, 1), TwoDoubles));
+  store(numbers + 2,
+        load<TwoDoubles>(numbers + 2) +
+            __builtin_convertvector(__builtin_shufflevector(by, by, 2, 3), TwoDoubles));
 #endif
 }
 
@@ -151,12 +151,12 @@ CRADLE_LANES Eight load_eight(const double* from) {
 }
 /// As of four.
 template <class Eight>
-CRADLE_LANES void store_eight_changed(double* to, const double* from, const Eight& by) {
+CRADLE_LANES void change_eight(double* numbers, const Eight& by) {
 #ifdef __AVX512F__
-  _mm512_storeu_pd(to, _mm512_loadu_pd(from) + _mm512_maskz_cvtps_pd(0xff, __m256(by)));
+  _mm512_storeu_pd(numbers, _mm512_loadu_pd(numbers) + _mm512_maskz_cvtps_pd(0xff, __m256(by)));
 #else
-  store_changed(to, from, four_of<0>(by));
-  store_changed(to + 4, from + 4, four_of<1>(by));
+  change_four(numbers, four_of<0>(by));
+  change_four(numbers + 4, four_of<1>(by));
 #endif
 }
 template <class V, class Eight = typename HalfOfFloats<V>::Type>
@@ -191,8 +191,8 @@ CRADLE_LANES void load_lines_of_sixteen(V* rows, const From& from) {
   transpose_fours(rows);
   transpose_fours(rows + 4);
 }
-template <class V, class From, class To>
-CRADLE_LANES void change_lines_of_sixteen(V* rows, const From& from, const To& to) {
+template <class V, class Line>
+CRADLE_LANES void change_lines_of_sixteen(V* rows, const Line& line) {
   constexpr auto lanes = std::make_index_sequence<16>{};
   transpose_fours(rows);
   transpose_fours(rows + 4);
@@ -200,10 +200,10 @@ CRADLE_LANES void change_lines_of_sixteen(V* rows, const From& from, const To& t
   for (int l = 0; l < 4; ++l) {
     const V a = regrouped<0, 4, 1, 5>(rows[l], rows[l + 4], lanes);
     const V b = regrouped<2, 6, 3, 7>(rows[l], rows[l + 4], lanes);
-    store_eight_changed(to(l), from(l), lower_eight(a));
-    store_eight_changed(to(l + 4), from(l + 4), upper_eight(a));
-    store_eight_changed(to(l + 8), from(l + 8), lower_eight(b));
-    store_eight_changed(to(l + 12), from(l + 12), upper_eight(b));
+    change_eight(line(l), lower_eight(a));
+    change_eight(line(l + 4), upper_eight(a));
+    change_eight(line(l + 8), lower_eight(b));
+    change_eight(line(l + 12), upper_eight(b));
   }
 }
 
@@ -230,16 +230,15 @@ CRADLE_LANES void store_line_rows(V* rows, const To& to) {
     store_transposed(rows + part, [&](int l) CRADLE_LAMBDA { return to(l) + part; });
   }
 }
-/// To them, what is in the lines `from(l)`, changed by `rows` in single precision: what does not
-/// change stays as it is, to the last bit of a double.
-template <class V, class From, class To>
-CRADLE_LANES void change_line_rows(V* rows, const From& from, const To& to) {
-  if constexpr (kLanes<V> == 16) return change_lines_of_sixteen(rows, from, to);
+/// Changes them by `rows`: what does not change in single precision stays as it is, to the last bit
+/// of a double.
+template <class V, class Line>
+CRADLE_LANES void change_line_rows(V* rows, const Line& line) {
+  if constexpr (kLanes<V> == 16) return change_lines_of_sixteen(rows, line);
   CRADLE_UNROLLED
   for (int part = 0; part < kLineNumbers; part += 4) {
-    put_four_rows(rows + part, [&](int l, const FourFloats& by) CRADLE_LAMBDA {
-      store_changed(to(l) + part, from(l) + part, by);
-    });
+    put_four_rows(rows + part, [&](int l, const FourFloats& by)
+                                   CRADLE_LAMBDA { change_four(line(l) + part, by); });
   }
 }
 

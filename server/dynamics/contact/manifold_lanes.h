@@ -30,15 +30,7 @@ CRADLE_LANES auto numbers_of(Line* line) {
 }
 template <class V>
 CRADLE_LANES void load_rows(V* rows, const BodyLine* lines, const std::int32_t* at) {
-  load_line_rows(rows, [&](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]); });
-}
-template <class V>
-CRADLE_LANES void load_rows(Twin<V>* rows, const BodyLine* lines, const std::int32_t* at) {
-  V lo[kLineNumbers], hi[kLineNumbers];
-  load_rows(lo, lines, at);
-  load_rows(hi, lines, at + kLanes<V>);
-  CRADLE_UNROLLED
-  for (int k = 0; k < kLineNumbers; ++k) rows[k] = {lo[k], hi[k]};
+  load_line_rows(rows, [&](int l) CRADLE_LAMBDA { return numbers_of(lines) + at[l]; });
 }
 template <class V>
 CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) {
@@ -46,37 +38,20 @@ CRADLE_LANES Twist<V> load_lines(const BodyLine* lines, const std::int32_t* at) 
   load_rows(r, lines, at);
   return {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, r[kInverseMass], r[kInverseMoment]};
 }
-/// Of what was `before`, as it was loaded from there.
+/// `before`: as it was loaded, from there if it can change.
 template <class V>
-CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* from, const std::int32_t* to,
-                              const Twist<V>& before, const Twist<V>& now) {
-  const auto of = [&](const std::int32_t* at) CRADLE_LAMBDA {
-    return [=](int l) CRADLE_LAMBDA { return numbers_of(lines + at[l]); };
-  };
+CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* at, const Twist<V>& before,
+                              const Twist<V>& now) {
+  const auto line = [&](int l) CRADLE_LAMBDA { return numbers_of(lines) + at[l]; };
   if constexpr (kIsFloats<V>) {
     const Triple<V> dv = now.linear - before.linear, dw = now.angular - before.angular;
     V rows[kLineNumbers] = {dv.x, dv.y, dv.z, dw.x, dw.y, dw.z, V{}, V{}};
-    change_line_rows(rows, of(from), of(to));
+    change_line_rows(rows, line);
   } else {
     V rows[kLineNumbers] = {now.linear.x,  now.linear.y,  now.linear.z,     now.angular.x,
                             now.angular.y, now.angular.z, now.inverse_mass, now.inverse_moment};
-    store_line_rows(rows, of(to));
+    store_line_rows(rows, line);
   }
-}
-template <class V>
-CRADLE_LANES Twist<V> half_of(const Twist<Twin<V>>& twist, V Twin<V>::*half) {
-  const auto& [v, w, inverse_mass, inverse_moment] = twist;
-  return {{v.x.*half, v.y.*half, v.z.*half},
-          {w.x.*half, w.y.*half, w.z.*half},
-          inverse_mass.*half,
-          inverse_moment.*half};
-}
-template <class V>
-CRADLE_LANES void store_lines(BodyLine* lines, const std::int32_t* from, const std::int32_t* to,
-                              const Twist<Twin<V>>& before, const Twist<Twin<V>>& now) {
-  constexpr auto lo = &Twin<V>::lo, hi = &Twin<V>::hi;
-  store_lines(lines, from, to, half_of(before, lo), half_of(now, lo));
-  store_lines(lines, from + kLanes<V>, to + kLanes<V>, half_of(before, hi), half_of(now, hi));
 }
 
 // A manifold in a lane.
@@ -175,8 +150,8 @@ CRADLE_LANES Bodies<V, Inertia> bodies_at(const BlockOf<V>& c, int lane,
 template <class V, class Inertia>
 CRADLE_LANES void store_bodies(const BlockOf<V>& c, int lane, const Bodies<V, Inertia>& bodies,
                                BodyLine* velocities) {
-  store_lines(velocities, c.a + lane, c.a_out + lane, bodies.A_before, bodies.A);
-  store_lines(velocities, c.b + lane, c.b_out + lane, bodies.B_before, bodies.B);
+  store_lines(velocities, c.a_out + lane, bodies.A_before, bodies.A);
+  store_lines(velocities, c.b_out + lane, bodies.B_before, bodies.B);
 }
 
 /// Which element of `coupling` joins points i < j.

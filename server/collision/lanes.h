@@ -49,13 +49,12 @@ inline constexpr int kLanes = static_cast<int>(sizeof(V) / sizeof(NumberOf<V>));
 template <class V>
 inline constexpr bool kIsFloats = std::is_same_v<NumberOf<V>, float>;
 
-// Copied member by member: what the compiler copies as a block goes through memory, in pieces that
-// are not those in which it is then read.
-
+/// Copied member by member: what the compiler copies as a block goes through memory, in pieces that
+/// are not those in which it is then read.
 template <class V>
 struct Triple {
   V x, y, z;
-  CRADLE_LANES Triple() : x{}, y{}, z{} {}
+  Triple() = default;
   CRADLE_LANES Triple(const V& x_, const V& y_, const V& z_) : x(x_), y(y_), z(z_) {}
   CRADLE_LANES Triple(const Triple& t) : x(t.x), y(t.y), z(t.z) {}
   CRADLE_LANES Triple& operator=(const Triple& t) {
@@ -281,7 +280,7 @@ CRADLE_LANES bool all(const M& mask) {
 
 template <class V>
 CRADLE_LANES V fill(double value) {
-  return NumberOf<V>(value) - V{};  // the same to the compiler, and to any number
+  return NumberOf<V>(value) - V{};  // x - 0 is x, and costs nothing; x + 0 would be added up
 }
 
 template <class V>
@@ -295,13 +294,12 @@ CRADLE_LANES void store(NumberOf<V>* to, const V& v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-/// In groups of `count` rows and elements, element l of row k becomes element k of row l: one bit
-/// of both numbers after the other.
-template <class V, int distance, int count = kLanes<V>, std::size_t... l>
+/// Element l of row k becomes element k of row l: one bit of both numbers after the other.
+template <class V, int distance, std::size_t... l>
 CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
   constexpr int n = kLanes<V>;
   CRADLE_UNROLLED
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < n; ++k) {
     if ((k & distance) != 0) continue;
     const V a = rows[k], b = rows[k + distance];
     rows[k] =
@@ -309,7 +307,7 @@ CRADLE_LANES void transpose(V* rows, std::index_sequence<l...> lanes) {
     rows[k + distance] =
         __builtin_shufflevector(a, b, ((int(l) & distance) ? n + int(l) : (int(l) ^ distance))...);
   }
-  if constexpr (distance > 1) transpose<V, distance / 2, count>(rows, lanes);
+  if constexpr (distance > 1) transpose<V, distance / 2>(rows, lanes);
 }
 
 /// Half as many lanes, of doubles. What moves halves can read and write memory as it goes; shuffles
@@ -333,7 +331,7 @@ template <class V, std::size_t... l>
 CRADLE_LANES void store_halves(double* lower, double* upper, const V& v,
                                std::index_sequence<l...>) {
   store(lower, __builtin_shufflevector(v, v, int(l)...));
-#ifdef __AVX__
+#ifdef __AVX__  // likewise
   if constexpr (kLanes<V> == 4) {
     return _mm_storeu_pd(upper, _mm256_extractf128_pd(__m256d(v), 1));
   }

@@ -198,7 +198,7 @@ int escorts_of(Tangle& tangle, const BodyLines& bodies) {
       for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
         if (block.source[lane] < 0) continue;
         const int points = all[static_cast<std::size_t>(block.source[lane])]->count;
-        const bool are_round = bodies.are_round(block.a[lane], block.b[lane]);
+        const bool are_round = bodies.are_round(line_at(block.a[lane]), line_at(block.b[lane]));
         found += run.points > (points == 3 ? 4 : points) || (are_round && !run.is_round) ? 1 : 0;
       }
     }
@@ -406,6 +406,7 @@ TEST_CASE("manifolds in one block share no body that yields") {
   for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
   pack(blocks, all, bodies);
   std::vector<int> seen(tangle.constraints.size(), 0);
+  std::vector<bool> is_touched(bodies.moving(), false);
   for (const auto& run : blocks.runs()) {
     for (std::int32_t k = 0; k < run.count; ++k) {
       const auto& block = run.blocks[k];
@@ -413,14 +414,19 @@ TEST_CASE("manifolds in one block share no body that yields") {
       for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
         if (block.source[lane] < 0) continue;
         ++seen[static_cast<std::size_t>(block.source[lane])];
-        for (const std::int32_t line : {block.a[lane], block.b[lane]}) {
+        for (const std::int32_t begin : {block.a[lane], block.b[lane]}) {
+          const std::int32_t line = line_at(begin);
           if (bodies.yields(line)) ++touched[static_cast<std::size_t>(line)];
         }
       }
-      for (const int times : touched) CHECK(times <= 1);
+      for (std::size_t line = 0; line < touched.size(); ++line) {
+        CHECK(touched[line] <= 1);
+        if (touched[line] > 0) is_touched[line] = true;
+      }
     }
   }
   for (const int times : seen) CHECK(times == 1);
+  CHECK(std::ranges::count(is_touched, true) == std::ssize(is_touched));
 }
 
 TEST_CASE("tasks of one level share no body that yields, and those of domains come first") {
@@ -439,6 +445,7 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
   REQUIRE(tree.levels() == 4);
   std::int32_t last = 0;
   std::size_t seen = 0, between = 0;
+  std::vector<bool> is_touched(bodies.moving(), false);
   for (std::size_t level = 0; level < tree.levels(); ++level) {
     std::vector<std::int32_t> task_of_line(bodies.moving(), -1);
     for (const auto& run : blocks.runs()) {
@@ -450,8 +457,10 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
           if (block.source[lane] < 0) continue;
           ++seen;
           between += level > 0 ? 1 : 0;
-          for (const std::int32_t line : {block.a[lane], block.b[lane]}) {
+          for (const std::int32_t begin : {block.a[lane], block.b[lane]}) {
+            const std::int32_t line = line_at(begin);
             if (!bodies.yields(line)) continue;
+            is_touched[static_cast<std::size_t>(line)] = true;
             std::int32_t& task = task_of_line[static_cast<std::size_t>(line)];
             CHECK((task < 0 || task == run.task));
             task = run.task;
@@ -461,6 +470,7 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
     }
   }
   CHECK(seen == tangle.constraints.size());
+  CHECK(std::ranges::count(is_touched, true) == std::ssize(is_touched));
   CHECK(between > 100);
 }
 

@@ -39,12 +39,12 @@ CRADLE_LANES void store_numbers(V* rows, const BlockOf<V>& c, int lane, int begi
 /// Of a line of each constraint.
 template <class V, int first = 0, int end = kLineNumbers>
 CRADLE_LANES void load_numbers(V* to, const BlockOf<V>& c, int lane, int begin) {
-  if constexpr (kIsFloats<V>) {
-    CRADLE_UNROLLED
-    for (int part = first; part < end; part += 4) {
-      load_four_rows(to + part,
-                     [&](int l) CRADLE_LAMBDA { return c.lines[lane + l] + begin + part; });
-    }
+  const auto line = [&](int l) CRADLE_LAMBDA { return c.lines[lane + l] + begin; };
+  if constexpr (kIsFloats<V> && end - first == kLineNumbers) {
+    load_line_rows(to, line);
+  } else if constexpr (kIsFloats<V>) {
+    static_assert(end - first == 4);
+    load_four_rows(to + first, [&](int l) CRADLE_LAMBDA { return line(l) + first; });
   } else {
     load_columns<kLineNumbers, first, end>(to, c.lines + lane, begin);
   }

@@ -80,7 +80,7 @@ struct BodyLine {
 };
 /// Where they begin.
 inline constexpr int kAngular = 3, kInverseMass = 6, kInverseMoment = 7;
-static_assert(sizeof(BodyLine) == 64);
+static_assert(sizeof(BodyLine) == kLineNumbers * sizeof(double));
 
 /// Bodies in contact that yield, a line each, and what is known of them, a number each.
 struct BodyRun {

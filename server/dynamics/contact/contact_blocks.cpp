@@ -47,10 +47,6 @@ Vector centre(const ContactConstraint& c) {
 /// Of no constraint. Nobody writes to it.
 alignas(64) double no_lines[ConstraintLines::kPoints + kBlockPoints * kLineNumbers]{};
 
-// Lines of bodies, as blocks have them.
-constexpr std::int32_t begin_of(std::int32_t line) { return line * kLineNumbers; }
-constexpr std::int32_t line_at(std::int32_t begin) { return begin / kLineNumbers; }
-
 /// Lanes without a manifold do nothing to nobody.
 template <class Real>
 void clear(ContactBlock<Real>& block, std::int32_t nobody, std::int32_t waste) {

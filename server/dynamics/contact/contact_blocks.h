@@ -13,6 +13,10 @@
 
 namespace cradle {
 
+// Lines of bodies, as blocks have them: by numbers.
+constexpr std::int32_t begin_of(std::int32_t line) { return line * kLineNumbers; }
+constexpr std::int32_t line_at(std::int32_t begin) { return begin / kLineNumbers; }
+
 /// A contact with rolling or torsional friction, and where its impulses are.
 template <class Real>
 struct PlacedContact {

@@ -43,6 +43,7 @@ CRADLE_LANES V joined(const Half& lower, const Half& upper) {
 /// The k-th four of them.
 template <int k, class V>
 CRADLE_LANES FourFloats four_of(const V& v) {
+  static_assert(4 * k < kLanes<V>);
 #ifdef __AVX__  // likewise
   if constexpr (sizeof(V) == 32) {
     return FourFloats(k == 0 ? _mm256_castps256_ps128(__m256(v))
@@ -68,7 +69,7 @@ CRADLE_LANES void store_four(double* to, const FourFloats& v) {
   store(to + 2, __builtin_convertvector(__builtin_shufflevector(v, v, 2, 3), TwoDoubles));
 #endif
 }
-/// What is there, by so much.
+/// Adds to four numbers, in double precision.
 CRADLE_LANES void change_four(double* numbers, const FourFloats& by) {
 #ifdef __AVX__
   _mm256_storeu_pd(numbers, _mm256_add_pd(_mm256_loadu_pd(numbers), _mm256_cvtps_pd(__m128(by))));
@@ -116,26 +117,21 @@ CRADLE_LANES V fours(int l, const From& from) {
 /// Four numbers of each lane's line, from `from(l)` on: the k-th into rows[k].
 template <class V, class From>
 CRADLE_LANES void load_four_rows(V* rows, const From& from) {
-  if constexpr (kLanes<V> == 1) {
-    for (int k = 0; k < 4; ++k) rows[k] = static_cast<V>(from(0)[k]);
-  } else {
-    CRADLE_UNROLLED
-    for (int l = 0; l < 4; ++l) rows[l] = fours<V>(l, from);
-    transpose_fours(rows);
-  }
+  CRADLE_UNROLLED
+  for (int l = 0; l < 4; ++l) rows[l] = fours<V>(l, from);
+  transpose_fours(rows);
 }
 /// Back: calls `put(l, four)` with four numbers of each lane's line.
 template <class V, class Put>
 CRADLE_LANES void put_four_rows(V* rows, const Put& put) {
+  constexpr int n = kLanes<V>;
   transpose_fours(rows);
   CRADLE_UNROLLED
   for (int l = 0; l < 4; ++l) {
     put(l, four_of<0>(rows[l]));
-    if constexpr (kLanes < V >> 4) put(l + 4, four_of<1>(rows[l]));
-    if constexpr (kLanes < V >> 8) {
-      put(l + 8, four_of<2>(rows[l]));
-      put(l + 12, four_of<3>(rows[l]));
-    }
+    if constexpr (n > 4) put(l + 4, four_of<1>(rows[l]));
+    if constexpr (n > 8) put(l + 8, four_of<2>(rows[l]));
+    if constexpr (n > 8) put(l + 12, four_of<3>(rows[l]));
   }
 }
 
@@ -149,7 +145,7 @@ CRADLE_LANES Eight load_eight(const double* from) {
   return joined<Eight>(load_four(from), load_four(from + 4));
 #endif
 }
-/// As of four.
+/// Likewise, to eight.
 template <class Eight>
 CRADLE_LANES void change_eight(double* numbers, const Eight& by) {
 #ifdef __AVX512F__

@@ -18,8 +18,6 @@ struct Twist {
   V inverse_mass, inverse_moment;
 };
 
-static_assert(sizeof(BodyLine) == kLineNumbers * sizeof(double));
-
 template <class Line>
 CRADLE_LANES auto numbers_of(Line* line) {
   if constexpr (std::is_const_v<Line>) {

@@ -3,6 +3,7 @@
 #include <limits>
 #include <random>
 
+#include "server/collision/index.h"
 #include "server/collision/machine_lanes.h"
 #include "server/dynamics/contact/contact_blocks.h"
 #include "server/dynamics/contact/contact_kernels.h"
@@ -137,19 +138,22 @@ struct Tangle {
   std::mt19937_64 random;
 };
 
-/// Into blocks with the impulses that they have, and back.
+/// Into blocks with the impulses that they have, and back. Returns where they are.
 template <class Real>
-void pack(ContactBlocks<Real>& blocks, std::span<ContactConstraint* const> all,
+auto pack(ContactBlocks<Real>& blocks, std::span<ContactConstraint> constraints,
           const BodyLines& bodies) {
-  for (ContactConstraint* c : all) {
-    for (ConstraintPoint& p : c->used()) {
-      p.force = c->impulse(p).lambda / kStep.h;
-      p.force_t = c->impulse(p).lambda_t / kStep.h;
+  std::vector<ContactConstraint*> all;
+  for (ContactConstraint& c : constraints) {
+    for (ConstraintPoint& p : c.used()) {
+      p.force = c.impulse(p).lambda / kStep.h;
+      p.force_t = c.impulse(p).lambda_t / kStep.h;
     }
-    look_at(*c);
+    look_at(c);
+    all.push_back(&c);
   }
   blocks.pack(serial_executor, contact_kernels_of(0).of<Real>(), all, bodies, kStep.h,
               give_of(1, kStep.h));
+  return all;
 }
 
 template <class Real>
@@ -168,9 +172,7 @@ std::array<double, kBlockPoints> advance(std::span<ContactConstraint> constraint
                                          BodyLines& bodies, const ContactKernels& kernels) {
   const BlockPasses<Real>& passes = kernels.of<Real>();
   ContactBlocks<Real> blocks;
-  std::vector<ContactConstraint*> all;
-  for (ContactConstraint& c : constraints) all.push_back(&c);
-  pack(blocks, all, bodies);
+  const auto all = pack(blocks, constraints, bodies);
   for (const auto& run : blocks.runs()) {
     passes.prepare(run, kStep.soft, bodies.velocities());
     passes.warm_start(run, bodies.velocities());
@@ -181,23 +183,21 @@ std::array<double, kBlockPoints> advance(std::span<ContactConstraint> constraint
     passes.relax(run, kStep, bodies.velocities(), bodies.motions());
   unpack(blocks, all);
   std::array<double, kBlockPoints> separations{};
-  const auto& first = blocks.runs()[0].blocks[0];
-  for (std::size_t i = 0; i < kBlockPoints; ++i) separations[i] = first.points[i].s[0];
+  std::ranges::transform(blocks.runs()[0].blocks[0].points, separations.begin(),
+                         [](const auto& point) { return point.s[0]; });
   return separations;
 }
 
 /// How many are in blocks for more points, or for bodies with moments that are not equal.
 int escorts_of(Tangle& tangle, const BodyLines& bodies) {
-  std::vector<ContactConstraint*> all;
-  for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
   ContactBlocks<double> blocks;
-  pack(blocks, all, bodies);
+  const auto all = pack(blocks, std::span(tangle.constraints), bodies);
   int found = 0;
   for (const auto& run : blocks.runs()) {
-    for (const auto& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
+    for (const auto& block : std::span(run.blocks, index(run.count))) {
       for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
         if (block.source[lane] < 0) continue;
-        const int points = all[static_cast<std::size_t>(block.source[lane])]->count;
+        const int points = all[index(block.source[lane])]->count;
         const bool are_round = bodies.are_round(line_at(block.a[lane]), line_at(block.b[lane]));
         found += run.points > (points == 3 ? 4 : points) || (are_round && !run.is_round) ? 1 : 0;
       }
@@ -293,9 +293,8 @@ TEST_CASE("points that carry together are solved at once") {
     ++at_once;
 
     BodyLines bodies = tangle.lines();
-    ContactConstraint* all[] = {&c};
     ContactBlocks<double> blocks;
-    pack(blocks, all, bodies);
+    const auto all = pack(blocks, std::span(&c, 1), bodies);
     for (const auto& run : blocks.runs()) {
       CHECK(run.joint);
       contact_kernels_of(0).doubles.prepare(run, kStep.soft, bodies.velocities());
@@ -402,27 +401,21 @@ TEST_CASE("manifolds in one block share no body that yields") {
   Tangle tangle(40, 400, 2, 3);
   const BodyLines bodies = tangle.lines();
   ContactBlocks<double> blocks;
-  std::vector<ContactConstraint*> all;
-  for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
-  pack(blocks, all, bodies);
+  pack(blocks, std::span(tangle.constraints), bodies);
   std::vector<int> seen(tangle.constraints.size(), 0);
   std::vector<bool> is_touched(bodies.moving(), false);
   for (const auto& run : blocks.runs()) {
-    for (std::int32_t k = 0; k < run.count; ++k) {
-      const auto& block = run.blocks[k];
+    for (const auto& block : std::span(run.blocks, index(run.count))) {
       std::vector<int> touched(bodies.moving(), 0);
       for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
         if (block.source[lane] < 0) continue;
         ++seen[static_cast<std::size_t>(block.source[lane])];
-        for (const std::int32_t begin : {block.a[lane], block.b[lane]}) {
-          const std::int32_t line = line_at(begin);
-          if (bodies.yields(line)) ++touched[static_cast<std::size_t>(line)];
+        for (const std::int32_t line : {line_at(block.a[lane]), line_at(block.b[lane])}) {
+          if (!bodies.yields(line)) continue;
+          is_touched[index(line)] = ++touched[index(line)] > 0;
         }
       }
-      for (std::size_t line = 0; line < touched.size(); ++line) {
-        CHECK(touched[line] <= 1);
-        if (touched[line] > 0) is_touched[line] = true;
-      }
+      for (const int times : touched) CHECK(times <= 1);
     }
   }
   for (const int times : seen) CHECK(times == 1);
@@ -438,9 +431,7 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
   }
   const BodyLines bodies = tangle.lines(domains, kDomains);
   ContactBlocks<double> blocks;
-  std::vector<ContactConstraint*> all;
-  for (ContactConstraint& c : tangle.constraints) all.push_back(&c);
-  pack(blocks, all, bodies);
+  pack(blocks, std::span(tangle.constraints), bodies);
   const TaskTree& tree = bodies.tasks();
   REQUIRE(tree.levels() == 4);
   std::int32_t last = 0;
@@ -452,15 +443,14 @@ TEST_CASE("tasks of one level share no body that yields, and those of domains co
       if (run.task < tree.begin(level) || run.task >= tree.end(level)) continue;
       CHECK(run.task >= last);
       last = run.task;
-      for (const auto& block : std::span(run.blocks, static_cast<std::size_t>(run.count))) {
+      for (const auto& block : std::span(run.blocks, index(run.count))) {
         for (int lane = 0; lane < kBlockLanes<double>; ++lane) {
           if (block.source[lane] < 0) continue;
           ++seen;
           between += level > 0 ? 1 : 0;
-          for (const std::int32_t begin : {block.a[lane], block.b[lane]}) {
-            const std::int32_t line = line_at(begin);
+          for (const std::int32_t line : {line_at(block.a[lane]), line_at(block.b[lane])}) {
             if (!bodies.yields(line)) continue;
-            is_touched[static_cast<std::size_t>(line)] = true;
+            is_touched[index(line)] = true;
             std::int32_t& task = task_of_line[static_cast<std::size_t>(line)];
             CHECK((task < 0 || task == run.task));
             task = run.task;

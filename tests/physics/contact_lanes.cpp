@@ -160,10 +160,9 @@ template <class Real>
 void unpack(ContactBlocks<Real>& blocks, std::span<ContactConstraint* const> all) {
   blocks.unpack(serial_executor, contact_kernels_of(0).of<Real>(), {kStep.h, 1.5, 0.99, 0},
                 [](std::size_t, const BlockRun<Real>&) {});
-  for (ContactConstraint* c : all) {
+  for (ContactConstraint* c : all)
     for (const ConstraintPoint& p : c->used())
       c->impulse(p) = {kStep.h * p.force_t, kStep.h * p.force};
-  }
 }
 
 /// A sub-step of them side by side. Returns the separations of the first one's points.
@@ -412,7 +411,8 @@ TEST_CASE("manifolds in one block share no body that yields") {
         ++seen[static_cast<std::size_t>(block.source[lane])];
         for (const std::int32_t line : {line_at(block.a[lane]), line_at(block.b[lane])}) {
           if (!bodies.yields(line)) continue;
-          is_touched[index(line)] = ++touched[index(line)] > 0;
+          ++touched[index(line)];
+          is_touched[index(line)] = true;
         }
       }
       for (const int times : touched) CHECK(times <= 1);

@@ -25,7 +25,7 @@ double sag_at_rest(std::span<ContactConstraint* const> constraints, double give)
 
 BatchResult BatchStep::advance(const Batch& batch, ContactTick tick, const BodyArrays& arrays,
                                std::span<const Matrix> inverse_inertia_W,
-                               std::span<const int> sizes, bool has_rested) {
+                               std::span<const int> sizes) {
   const double give = give_of(batch.stiff_as, tick.dt);
   BatchResult result;
   if (batch.past == Past::rests) {
@@ -38,13 +38,13 @@ BatchResult BatchStep::advance(const Batch& batch, ContactTick tick, const BodyA
   tick.islands = batch.islands;
   tick.resting = batch.resting;
   divide(batch, tick, arrays, sizes);
-  if (has_rested) set_gaps(*tick.executor, batch.constraints, give);
+  set_gaps(*tick.executor, batch.special, give);
   const auto advance = [&](auto& soft) -> BatchResult {
-    soft.advance(tick, arrays, inverse_inertia_W, batch.constraints, batch.past);
+    soft.advance(tick, arrays, inverse_inertia_W, batch.constraints, batch.special, batch.past);
     return {soft.impacts_ordered(), soft.paid_J(), soft.sag_m(), soft.residual(), soft.balance()};
   };
   result = batch.in_floats ? advance(batch_in_floats_) : advance(batch_);
-  if (has_rested) reset_gaps(*tick.executor, batch.constraints);
+  reset_gaps(*tick.executor, batch.special);
   return result;
 }
 
@@ -64,11 +64,9 @@ void BatchStep::divide(const Batch& batch, ContactTick& tick, const BodyArrays& 
 void BatchStep::set_gaps(Executor& executor, std::span<ContactConstraint* const> constraints,
                          double give) {
   if (gaps_.size() < constraints.size()) gaps_.resize(constraints.size());
-  has_moved_.resize(constraints.size());
   for_each_index(executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
     ContactConstraint& c = *constraints[k];
-    has_moved_[k] = c.has_rested ? 1 : 0;
-    if (has_moved_[k] == 0) return;
+    if (!c.has_rested) return;
     for (std::size_t i = 0; i < c.used().size(); ++i) {
       ConstraintPoint& p = c.points[i];
       gaps_[k][i] = p.s0;
@@ -79,8 +77,8 @@ void BatchStep::set_gaps(Executor& executor, std::span<ContactConstraint* const>
 
 void BatchStep::reset_gaps(Executor& executor, std::span<ContactConstraint* const> constraints) {
   for_each_index(executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
-    if (has_moved_[k] == 0) return;
     ContactConstraint& c = *constraints[k];
+    if (!c.has_rested) return;
     for (std::size_t i = 0; i < c.used().size(); ++i) c.points[i].s0 = gaps_[k][i];
   });
 }

@@ -32,13 +32,11 @@ class BatchStep {
     // Of its bodies, which are sorted by domain:
     std::span<std::int32_t> moving, islands;  ///< slots; by number, of those in the tick
     std::span<std::uint8_t> resting;          ///< as ContactTick has it
-    std::span<ContactConstraint* const> constraints;
+    std::span<ContactConstraint*const> constraints, special;  ///< of which these are (ContactLook)
   };
-  /// `sizes`: bodies, by island of the tick. `has_rested`: some contact rests elsewhere than it
-  /// touches.
+  /// `sizes`: bodies, by island of the tick.
   BatchResult advance(const Batch& batch, ContactTick tick, const BodyArrays& arrays,
-                      std::span<const Matrix> inverse_inertia_W, std::span<const int> sizes,
-                      bool has_rested);
+                      std::span<const Matrix> inverse_inertia_W, std::span<const int> sizes);
 
  private:
   void divide(const Batch& batch, ContactTick& tick, const BodyArrays& arrays,
@@ -51,8 +49,7 @@ class BatchStep {
   Domains domains_;
   std::vector<std::int32_t> numbers_;                      // room to sort
   std::vector<std::uint8_t> flags_;                        // likewise
-  std::vector<std::array<double, kManifoldPoints>> gaps_;  // m: s0 of points
-  std::vector<std::uint8_t> has_moved_;                    // by constraint: some s0 are others
+  std::vector<std::array<double, kManifoldPoints>> gaps_;  // m: s0 of points, by special constraint
 };
 
 }  // namespace cradle

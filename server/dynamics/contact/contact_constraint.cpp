@@ -54,7 +54,7 @@ Vector place(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std
   c.carrying = 0;
   c.is_met = c.is_known = false;
   c.t1 = tangent(c.n);
-  c.count = static_cast<std::int16_t>(manifold.count);
+  c.count = static_cast<std::int8_t>(manifold.count);
   return to_undeformed(c, manifold);
 }
 
@@ -131,10 +131,11 @@ void look_at(ContactConstraint& c) {
   c.carrying = 0;
   c.is_met = false;
   c.deepest_m = 0;
+  c.bounces = c.restitution > 0;
   const double yields = c.inverse_mass_A + c.inverse_mass_B;
   for (const ConstraintPoint& p : c.used()) {
     c.press = std::max(c.press, p.press);
-    c.carrying = static_cast<std::int16_t>(c.carrying + (p.force * yields > kNoLoad ? 1 : 0));
+    c.carrying = static_cast<std::int8_t>(c.carrying + (p.force * yields > kNoLoad ? 1 : 0));
     c.is_met |= p.s0 <= 0;
     c.deepest_m = std::max(c.deepest_m, -p.s0);
   }

@@ -110,8 +110,9 @@ struct alignas(64) ContactConstraint {
 
   // What methods ask for before they choose: one line.
   std::int32_t a = 0, b = 0;  ///< slots
-  std::int16_t count = 0;
-  std::int16_t carrying = 0;              ///< points with a force at the tick's start
+  std::int8_t count = 0;
+  std::int8_t carrying = 0;               ///< points with a force at the tick's start
+  bool bounces = false;                   ///< with restitution
   bool is_ahead = false;                  ///< the arms hold for other attitudes than those of then
   bool is_met = false;                    ///< a point without a gap there
   bool is_known = false;                  ///< there was one like it in the tick before
@@ -209,8 +210,8 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);
 
-/// What is known of a constraint at a glance: press, carrying, is_met, deepest_m. Once its forces
-/// are set.
+/// What is known of a constraint at a glance: press, carrying, is_met, deepest_m, bounces. Once its
+/// forces and material are set.
 void look_at(ContactConstraint& c);
 
 /// m/s, of the point that closes fastest, if any does.

@@ -28,7 +28,9 @@ constexpr double kWorthIt = 0.75;
 /// cubes by 4 cm/s, and by 2 cm/s with three in four.
 constexpr int kInTurmoil = 3, kOfAll = 5;
 
-int sum(const Demands& demands) { return std::accumulate(demands.begin(), demands.end(), 0); }
+int sum(const Demands& demands) {
+  return std::accumulate(demands.begin(), demands.begin() + kAsksForNone, 0);
+}
 
 /// What all contacts of an island ask for but so many, and so many single points beside them.
 int asked_by_all_but(int excused, int excused_points, const Demands& demands,

@@ -44,8 +44,9 @@ inline std::uint8_t first_of_at_least(double asked) {
   return kFirstOfAtLeast[static_cast<std::size_t>(std::ceil(std::min(most, asked)))];
 }
 
-/// How many contacts of an island ask for each of kSubSteps.
-using Demands = std::array<int, kSubSteps.size()>;
+/// How many contacts of an island ask for each of kSubSteps; and, in the last place, for none.
+using Demands = std::array<int, kSubSteps.size() + 1>;
+inline constexpr std::uint8_t kAsksForNone = kSubSteps.size();
 
 struct Answer {
   int stiff_as;    ///< contacts are to be as stiff as those of so many sub-steps

@@ -30,15 +30,15 @@ ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
     return number[slot] < 0 && !(arrays.v[slot].isZero(0) && arrays.w[slot].isZero(0));
   };
   ContactLook look;
-  look.press = c.press > 0 ? c.press : first_press(c, arrays);
+  look.press = c.press > 0 ? c.press : c.is_met ? first_press(c, arrays) : 0;
   look.tolerance_m = c.tolerance_m;
   look.relative_way = dt * (arrays.v[index(c.b)] - arrays.v[index(c.a)]).norm();
   look.was_pressed = c.press > 0;
   look.is_met = c.is_met;
   look.is_known = c.is_known;
   look.is_deep = c.deepest_m > push_speed() * dt;
-  look.has_rested = c.has_rested;
   look.is_ahead = c.is_ahead;
+  look.is_special = c.is_ahead || c.bounces || c.has_rested;
   look.is_single = c.count == 1;
   look.is_askew = c.carrying > 0 && c.carrying < c.count;
   look.is_driven = is_driven(index(c.a)) || is_driven(index(c.b));

@@ -35,13 +35,14 @@ BodyMotion motion_of(std::size_t slot, const BodyArrays& arrays, double dt, int 
 
 /// Likewise of a constraint.
 struct ContactLook {
-  double press;         ///< m/s^2: of the constraint, or what it may be at first
+  double press;         ///< m/s^2: of the constraint, or of what is met what it may be at first
   double tolerance_m;   ///< of the constraint
   double relative_way;  ///< m, in the tick: of its two bodies, beside each other
-  bool was_pressed, is_met, is_known, is_deep, has_rested, is_ahead;
-  bool is_single;  ///< it has one point
-  bool is_askew;   ///< it carries on some of its points only
-  bool is_driven;  ///< by a kinematic body
+  bool was_pressed, is_met, is_known, is_deep, is_ahead;
+  bool is_special;  ///< it is ahead, bounces, or has rested
+  bool is_single;   ///< it has one point
+  bool is_askew;    ///< it carries on some of its points only
+  bool is_driven;   ///< by a kinematic body
 };
 /// `number`: by slot, -1: does not yield.
 ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
@@ -53,9 +54,9 @@ struct IslandFacts {
   int points = 0;                           ///< contacts of one point
   int excess = 0;                           ///< of deep contacts, three times, over others
   int askew = -kFewAskew * kCarryPerAskew;  ///< contacts that are, over the rest
+  int special = 0;                          ///< contacts
   bool has_past = false;                    ///< it has been pressed before
   bool lies_askew = false;                  ///< a contact does
-  bool has_rested = false;                  ///< likewise
   bool is_driven = false, is_free = false;  ///< a body of it is
   bool is_slow = false, moves = false;      ///< its bodies, in the mean
   bool is_in_turmoil = false;               ///< demands.h
@@ -77,15 +78,15 @@ struct IslandFacts {
   }
   /// Neighbours, in numbers first: one after the other they would wait for each other.
   void add(std::span<const ContactLook> looks) {
-    int pressed = 0, known = 0, lying_askew = 0, driven = 0, deep = 0, rested = 0;
-    int single = 0;
+    int pressed = 0, known = 0, lying_askew = 0, driven = 0, deep = 0, single = 0;
+    int not_plain = 0;
     for (const ContactLook& look : looks) {
       pressed += look.was_pressed ? 1 : 0;
       known += look.is_known ? 1 : 0;
       lying_askew += look.is_askew ? 1 : 0;
       driven += look.is_driven ? 1 : 0;
       deep += look.is_deep ? 1 : 0;
-      rested += look.has_rested ? 1 : 0;
+      not_plain += look.is_special ? 1 : 0;
       single += look.is_single ? 1 : 0;
       relative_way += look.relative_way;
     }
@@ -96,7 +97,7 @@ struct IslandFacts {
     if (known > 0) past = Past::lasts;
     lies_askew |= lying_askew > 0;
     is_driven |= driven > 0;
-    has_rested |= rested > 0;
+    special += not_plain;
     askew += kCarryPerAskew * lying_askew - pressed;
     excess += 4 * deep - all;
   }

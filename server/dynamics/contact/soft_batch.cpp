@@ -55,7 +55,7 @@ constexpr double kPressGrowth = 1.5;
 /// a stack of ten boxes").
 constexpr double kPressDecay = 0.99;
 
-constexpr int kConstraintsWorthAThread = 128;  // of some nanoseconds each
+constexpr int kConstraintsWorthAThread = 16;  // whose masses are found
 
 int relaxing_sweeps(Past past, int sub_step) {
   if (past == Past::parts) return kSweepsToPart;
@@ -88,14 +88,15 @@ double push_speed() { return kSoftTolerances.push_speed; }
 template <class Real>
 void SoftBatch<Real>::advance(const ContactTick& tick, const BodyArrays& arrays,
                               std::span<const Matrix> inverse_inertia_W,
-                              std::span<ContactConstraint* const> constraints, Past past) {
+                              std::span<ContactConstraint* const> constraints,
+                              std::span<ContactConstraint* const> special, Past past) {
   passes_ = &contact_kernels_of(tick.lanes).of<Real>();
   executor_ = tick.executor;
   const double h_c = tick.dt / tick.stiff_as;
   give_ = give_of(1, h_c);
   step_ = sub_step_of(tick.dt / tick.sub_steps, h_c);
   bodies_.begin(tick, arrays, inverse_inertia_W);
-  sort(constraints);
+  sort(constraints, special);
   balance_ = {};
   if (tick.is_balanced) bodies_.begin_balance(balance_);
   if (!impacts_.is_empty()) bodies_.begin_debts(constraints);
@@ -141,24 +142,20 @@ void SoftBatch<Real>::take_results() {
 
 /// Into blocks; single contacts, and those with restitution.
 template <class Real>
-void SoftBatch<Real>::sort(std::span<ContactConstraint* const> constraints) {
+void SoftBatch<Real>::sort(std::span<ContactConstraint* const> constraints,
+                           std::span<ContactConstraint* const> special) {
   const auto prepare = [this](const Run& run) {
     passes_->prepare(run, step_.soft, bodies_.velocities());
   };
   blocks_.pack(*executor_, *passes_, constraints, bodies_, step_.h, give_, prepare);
-  is_special_.resize(constraints.size());
-  for_each_index(*executor_, constraints.size(), kConstraintsWorthAThread, [&](std::size_t k) {
-    expect_next(constraints, k);
-    ContactConstraint& c = *constraints[k];
-    is_special_[k] = c.is_ahead || c.restitution > 0 ? 1 : 0;
-    if (is_special_[k] != 0) find_effective_masses(c);
+  for_each_index(*executor_, special.size(), kConstraintsWorthAThread, [&](std::size_t k) {
+    ContactConstraint& c = *special[k];
+    if (c.is_ahead || c.bounces) find_effective_masses(c);
   });
   singles_.clear();
   bouncing_.clear();
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    if (is_special_[k] == 0) continue;
-    ContactConstraint* const c = constraints[k];
-    if (c->restitution > 0) bouncing_.push_back(c);
+  for (ContactConstraint* const c : special) {
+    if (c->bounces) bouncing_.push_back(c);
     if (!c->is_ahead) continue;
     singles_.push_back(c);
     for (const ConstraintPoint& p : c->used()) {

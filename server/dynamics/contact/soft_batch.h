@@ -28,10 +28,12 @@ inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past
 template <class Real>
 class SoftBatch {
  public:
-  /// As ContactSolver::advance; `tick.sub_steps` and `tick.stiff_as` hold.
+  /// As ContactSolver::advance; `tick.sub_steps` and `tick.stiff_as` hold. `special`: those of the
+  /// constraints that are, as ContactLook has it.
   void advance(const ContactTick& tick, const BodyArrays& arrays,
                std::span<const Matrix> inverse_inertia_W,
-               std::span<ContactConstraint* const> constraints, Past past);
+               std::span<ContactConstraint* const> constraints,
+               std::span<ContactConstraint* const> special, Past past);
   /// Of the last call: sets of impacts at once that were too large to be solved together.
   int impacts_ordered() const { return impacts_.ordered(); }
   /// Of the last call: energy that what bounces paid for overlaps that were pushed out.
@@ -43,7 +45,8 @@ class SoftBatch {
   const ContactBalance& balance() const { return balance_; }
 
  private:
-  void sort(std::span<ContactConstraint* const> constraints);
+  void sort(std::span<ContactConstraint* const> constraints,
+            std::span<ContactConstraint* const> special);
   void warm_start();
   void limit_repeats();
   void solve();
@@ -58,7 +61,6 @@ class SoftBatch {
   double give_ = 0;  // s^2: softness.h
   BodyLines bodies_;
   ContactBlocks<Real> blocks_;
-  std::vector<std::uint8_t> is_special_;  // by constraint: single, or bounces
   std::vector<ContactConstraint*> singles_, bouncing_;
   std::vector<TurningContact> turning_;
   Impacts impacts_;

@@ -114,7 +114,6 @@ class SoftStep final : public SoftSolver {
     for_contacts([this](std::size_t island, std::size_t begin, std::size_t end) {
       facts_[island].add(std::span(looks_).subspan(begin, end - begin));
     });
-    has_rested_ = std::ranges::any_of(facts_, &IslandFacts::has_rested);
   }
 
   /// How far an island's bodies go in the tick, in the mean, beyond what a start from rest gives.
@@ -196,12 +195,14 @@ class SoftStep final : public SoftSolver {
   void count_demands(const ContactTick& tick) {
     asked_.resize(looks_.size());
     choices_.resize(looks_.size());
+    are_points_.resize(looks_.size());
     const double whole = tick.dt / contact_angle();
     for_each_index(*tick.executor, looks_.size(), kSoftChunk, [&](std::size_t k) {
       const std::size_t island = islands_->of_constraint(k);
       const ContactLook& look = looks_[k];
       asked_[k] = 0;
-      choices_[k] = kNoChoice;
+      choices_[k] = kAsksForNone;
+      are_points_[k] = 0;
       if (!is_stepped(island) || (!look.was_pressed && !look.is_met)) return;
       const IslandFacts& facts = facts_[island];
       const double tolerance_m = look.tolerance_m > 0 ? look.tolerance_m : tick.tolerance_m;
@@ -210,15 +211,15 @@ class SoftStep final : public SoftSolver {
       if (!facts.has_past) press *= size(island);
       asked_[k] = std::sqrt(square * press);
       choices_[k] = first_of_at_least(asked_[k]);
+      are_points_[k] = facts.moves && look.is_single && is_only_one(k) ? 1 : 0;
     });
     for_contacts([this](std::size_t island, std::size_t begin, std::size_t end) {
       IslandFacts& facts = facts_[island];
       for (std::size_t k = begin; k < end; ++k) {
-        if (choices_[k] == kNoChoice) continue;
         ++facts.demands[choices_[k]];
-        if (facts.moves && looks_[k].is_single && is_only_one(k)) ++facts.of_points[choices_[k]];
+        facts.of_points[choices_[k]] += are_points_[k];
         // What somebody asked for this very contact is not excused.
-        if (looks_[k].tolerance_m > 0) {
+        if (looks_[k].tolerance_m > 0 && choices_[k] != kAsksForNone) {
           facts.least = std::max(facts.least, kSubSteps[choices_[k]]);
         }
       }
@@ -261,7 +262,7 @@ class SoftStep final : public SoftSolver {
     Past past;
     bool in_floats;
     int islands;
-    std::size_t moving, moving_end, chosen, chosen_end;
+    std::size_t moving, moving_end, chosen, chosen_end, special, special_end;
   };
   /// By choice, in either precision: one of each past, and one of what is in turmoil.
   static constexpr std::size_t kBatches = 2 * (kPasts.size() + 1);
@@ -278,7 +279,7 @@ class SoftStep final : public SoftSolver {
     for (const int n : choices) {
       const auto add = [&](int sub_steps, Past past) {
         for (const bool in_floats : {false, true})
-          batches_.push_back({sub_steps, n, past, in_floats, 0, 0, 0, 0, 0});
+          batches_.push_back({sub_steps, n, past, in_floats, 0, 0, 0, 0, 0, 0, 0});
       };
       for (const Past past : kPasts) add(n, past);
       add(sub_steps_in_turmoil(n), Past::lasts);
@@ -297,21 +298,24 @@ class SoftStep final : public SoftSolver {
       ++batch.islands;
       batch.moving_end += static_cast<std::size_t>(size(i));
       batch.chosen_end += static_cast<std::size_t>(facts.contacts);
+      batch.special_end += static_cast<std::size_t>(facts.special);
     }
-    std::size_t moving = 0, chosen = 0;
+    std::size_t moving = 0, chosen = 0, special = 0;
     for (Batch& batch : batches_) {  // until now `_end` has a number, from here on the next place
-      batch.moving = std::exchange(batch.moving_end, moving);
-      moving += batch.moving;
-      batch.moving = batch.moving_end;
-      batch.chosen = std::exchange(batch.chosen_end, chosen);
-      chosen += batch.chosen;
-      batch.chosen = batch.chosen_end;
+      const auto take_place = [](std::size_t& begin, std::size_t& end, std::size_t& next) {
+        begin = next;
+        next += std::exchange(end, next);
+      };
+      take_place(batch.moving, batch.moving_end, moving);
+      take_place(batch.chosen, batch.chosen_end, chosen);
+      take_place(batch.special, batch.special_end, special);
     }
     report_.islands = static_cast<int>(sizes_.size());
     moving_.resize(moving);
     island_of_moving_.resize(moving);
     resting_.resize(moving);
     chosen_.resize(chosen);
+    special_.resize(special);
   }
 
   void sort_by_batch(const ContactTick& tick, const BodyArrays& arrays,
@@ -336,11 +340,16 @@ class SoftStep final : public SoftSolver {
       });
     }
     for_contacts([&](std::size_t island, std::size_t begin, std::size_t end) {
-      std::size_t& to = batches_[facts_[island].batch].chosen_end;
+      Batch& batch = batches_[facts_[island].batch];
+      std::size_t& to = batch.chosen_end;
       std::copy(constraints.begin() + static_cast<std::ptrdiff_t>(begin),
                 constraints.begin() + static_cast<std::ptrdiff_t>(end),
                 chosen_.begin() + static_cast<std::ptrdiff_t>(to));
       to += end - begin;
+      if (facts_[island].special == 0) return;
+      for (std::size_t k = begin; k < end; ++k) {
+        if (looks_[k].is_special) special_[batch.special_end++] = constraints[k];
+      }
     });
   }
 
@@ -353,8 +362,7 @@ class SoftStep final : public SoftSolver {
     const auto step = [&](BatchStep& by, std::size_t k, Executor& executor) {
       ContactTick own = tick;
       own.executor = &executor;
-      results_[k] =
-          by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W, sizes_, has_rested_);
+      results_[k] = by.advance(stepped(batches_[k]), own, arrays, inverse_inertia_W, sizes_);
     };
     results_.resize(batches_.size());
     small_.clear();
@@ -389,7 +397,8 @@ class SoftStep final : public SoftSolver {
             part(moving_, batch.moving, batch.moving_end),
             part(island_of_moving_, batch.moving, batch.moving_end),
             part(resting_, batch.moving, batch.moving_end),
-            part(chosen_, batch.chosen, batch.chosen_end)};
+            part(chosen_, batch.chosen, batch.chosen_end),
+            part(special_, batch.special, batch.special_end)};
   }
 
   void add(const Batch& batch, const BatchResult& result) {
@@ -418,20 +427,18 @@ class SoftStep final : public SoftSolver {
     return *place = {n, 0, 0, 0};
   }
 
-  static constexpr std::uint8_t kNoChoice = 255;
-
   ContactReport report_;
   TickIslands own_islands_;
   const TickIslands* islands_ = nullptr;
   std::span<const std::uint8_t> which_;                       // islands
   std::vector<BatchStep> steps_ = std::vector<BatchStep>(1);  // one a thread
   Settling settling_;
-  bool has_rested_ = false;          // a constraint has, anywhere
   std::vector<BodyMotion> motions_;  // by body, in the order of the tick's
   // By constraint:
   std::vector<ContactLook> looks_;
-  std::vector<double> asked_;          // sub-steps
-  std::vector<std::uint8_t> choices_;  // of kSubSteps
+  std::vector<double> asked_;             // sub-steps
+  std::vector<std::uint8_t> choices_;     // of kSubSteps, or none
+  std::vector<std::uint8_t> are_points_;  // the only one of their bodies, in an island that moves
   // By island:
   std::vector<IslandFacts> facts_;
   std::vector<std::uint8_t> is_calm_;
@@ -447,7 +454,7 @@ class SoftStep final : public SoftSolver {
   std::vector<std::int32_t> moving_;
   std::vector<std::int32_t> island_of_moving_;
   std::vector<std::uint8_t> resting_;
-  std::vector<ContactConstraint*> chosen_;
+  std::vector<ContactConstraint*> chosen_, special_;
 };
 
 }  // namespace

@@ -101,7 +101,8 @@ class BoxBatch {
 
   MadeManifolds& made_;
   const BoxKernels& kernels_;
-  Queue touched_, others_;  ///< last time: nearly all do so again, or nearly none
+  std::array<Queue, 2>
+      queues_;  ///< of others; of what touched last time, and nearly all does so again
   int facing_ = 0;
   std::array<Waiting, kBoxLanes> faces_;
   BoxFaceBlock face_block_;

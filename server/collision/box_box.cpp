@@ -78,13 +78,13 @@ void copy_lane(const BoxAxesBlock& from, int lane, BoxAxesBlock& to, int to_lane
 
 BoxBatch::BoxBatch(MadeManifolds& made, int lanes) : made_(made), kernels_(box_kernels_of(lanes)) {
   if (kernels_.lanes == 1) return;
-  touched_.block = others_.block = {};  // lanes without a pair are worked on, too
+  for (Queue& queue : queues_) queue.block = {};  // lanes without a pair are worked on, too
   face_block_ = {};
 }
 
 void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double margin,
                    double foresight, std::uint64_t choice) {
-  Queue& queue = choice != 0 ? touched_ : others_;
+  Queue& queue = queues_[choice != 0 ? 1 : 0];  // it is chance: no branch
   const int lane = queue.waiting++;
   const bool met_by_edges = choice == kEdgesOfChoice;
   queue.pairs[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
@@ -102,8 +102,8 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
 }
 
 void BoxBatch::finish() {
-  for (Queue* queue : {&touched_, &others_}) {
-    if (queue->waiting > 0) separate(*queue);
+  for (Queue& queue : queues_) {
+    if (queue.waiting > 0) separate(queue);
   }
   if (facing_ > 0) clip();
 }

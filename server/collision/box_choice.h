@@ -166,9 +166,9 @@ CRADLE_LANES V choose_four_again(const FacePoints<V>& points, const M& are_many,
                     (deeper <= kTolerances.last_four_depth * slack) & (last_width >= least_x) &
                     (last_depth >= least_y);
   const V stays = stay ? one : none, lower = stay ? deeper : none;
+  const V per_near = one / (kTolerances.as_deep * slack);
   for (int c = 0; c < kBoxCandidates; ++c) {
-    const V share =
-        larger<V>(one - (points.z[c] - last_z.low) / (kTolerances.as_deep * slack), none);
+    const V share = larger<V>(one - (points.z[c] - last_z.low) * per_near, none);
     store(b.z[c] + lane, was_last[c] > none ? points.z[c] - lower * share : points.z[c]);
   }
   return any<V>(are_many & (stays == none))

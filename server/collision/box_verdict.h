@@ -64,11 +64,11 @@ CRADLE_LANES void weigh_face(BoxFaceBlock& b, int lane, const V& half_x, const V
 
   // The deepest point lower by what is missed, others the less, the more they are above it: else
   // separations would jump where another becomes the deepest.
-  const V near = kTolerances.as_deep * slack;
+  const V per_near = one / (kTolerances.as_deep * slack);
 #pragma GCC unroll 12
   for (int c = 0; c < kBoxCandidates; ++c) {
     const V z = load<V>(b.z[c] + lane);
-    store(b.lowered[c] + lane, z - missed * larger<V>(one - (z - point.z) / near, none));
+    store(b.lowered[c] + lane, z - missed * larger<V>(one - (z - point.z) * per_near, none));
   }
 
   // No other axis is better, and what touches is over the face.

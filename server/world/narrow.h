@@ -27,7 +27,7 @@ class Narrow final : public MadeManifolds {
       expect_body(index(s_.pairs[k + 2 * kAhead].b));
       s_.memory.expect_kept(k + 2 * kAhead);
     }
-    if (k + kAhead < end_) expect_pair(k + kAhead);
+    if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double turned = s_.turned[a] + s_.turned[b];
     const double reach = std::min(s_.reaches[a], s_.reaches[b]);
     if (s_.memory.holds(k, s_.poses[a], s_.poses[b], turned, reach, margin)) {
@@ -39,8 +39,8 @@ class Narrow final : public MadeManifolds {
     hints.wants_lead = s_.memory.is_slow(k);
     hints.foresight = s_.turns[a] + s_.turns[b];
     hints.choice = s_.memory.choice(k);
-    if (hints.choice != 0) expect_points(k);
-    if (begins_at_axis(a, b)) {
+    expect_points(k, hints.choice != 0);
+    if (s_.memory.begins_at_axis(k)) {
       hints.axis_W = s_.poses[a].R * s_.memory.axis_A(k);
       hints.was_apart = s_.memory.was_apart(k);
     }
@@ -50,14 +50,10 @@ class Narrow final : public MadeManifolds {
   void take(std::size_t k, const Manifold& made) override {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
     s_.set_manifold(k, made);
-    s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made,
-                   begins_at_axis(a, b));
+    s_.memory.keep(k, s_.poses[a], s_.poses[b], std::min(s_.reaches[a], s_.reaches[b]), made);
   }
 
  private:
-  bool begins_at_axis(std::size_t a, std::size_t b) const {
-    return cradle::begins_at_axis(s_.bodies.shape[a].kind, s_.bodies.shape[b].kind);
-  }
   /// Fetches what is to be read of a body: the second ones of pairs do not follow each other.
   void expect_body(std::size_t i) const {
     fetch(&s_.margins[i]);
@@ -65,11 +61,12 @@ class Narrow final : public MadeManifolds {
     fetch(&s_.bodies.shape[i]);
     fetch(&s_.poses[i], sizeof(Pose));
   }
-  void expect_pair(std::size_t k) const {
-    s_.memory.expect(k, begins_at_axis(index(s_.pairs[k].a), index(s_.pairs[k].b)));
+  /// Likewise where the manifold of a pair goes, if it touched; that is chance, so there is no
+  /// branch: else something that is there is fetched.
+  void expect_points(std::size_t k, bool touched) const {
+    const void* const places[] = {this, &s_.manifolds[k]};
+    fetch(places[touched ? 1 : 0], sizeof(Manifold));
   }
-  /// Likewise where the manifold of a pair that touched goes.
-  void expect_points(std::size_t k) const { fetch(&s_.manifolds[k], sizeof(Manifold)); }
 
   World::State& s_;
   std::size_t end_;

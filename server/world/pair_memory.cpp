@@ -5,6 +5,7 @@
 
 #include "server/collision/fetch.h"
 #include "server/collision/in_order.h"
+#include "server/collision/narrow_phase.h"
 #include "server/collision/tolerances.h"
 
 namespace cradle {
@@ -18,7 +19,6 @@ void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
                         std::span<const std::int64_t> ids, std::span<const Shape> shapes) {
   std::swap(now_, last_);
   now_.resize(pairs.size());
-  from_.resize(pairs.size());
   is_new_.resize(pairs.size());
   is_gone_.assign(last_.size(), 1);
   for_chunks(executor, pairs.size(), kPairsChunk,
@@ -29,32 +29,31 @@ void PairMemory::follow(Executor& executor, std::span<const BodyPair> pairs,
   for_all_marked(is_gone_, [this](std::size_t old) { gone_.push_back(old); });
   auto next = gone_.cbegin();
   for_all_marked(is_new_, [&](std::size_t k) {
-    for (; next != gone_.cend() && last_.names[*next] < now_.names[k]; ++next) release(*next);
+    while (next != gone_.cend() && last_.names[*next] < now_.names[k]) {
+      free_.push_back(last_.places[*next++]);
+    }
     const auto a = static_cast<std::size_t>(pairs[k].a), b = static_cast<std::size_t>(pairs[k].b);
-    now_.pairs[k] = {};
-    if (is_worth_keeping(shapes[a].kind, shapes[b].kind)) now_.pairs[k].place = take_place();
+    now_.places[k] = take_place(shapes[a].kind, shapes[b].kind);
   });
-  for (; next != gone_.cend(); ++next) release(*next);
+  while (next != gone_.cend()) free_.push_back(last_.places[*next++]);
 }
 
-std::int32_t PairMemory::take_place() {
+std::int32_t PairMemory::take_place(ShapeKind A, ShapeKind B) {
   if (free_.empty()) {
-    free_.push_back(static_cast<std::int32_t>(manifolds_.size()));
+    free_.push_back(static_cast<std::int32_t>(pairs_.size()));
+    pairs_.emplace_back();
     manifolds_.emplace_back();
   }
   const std::int32_t place = free_.back();
   free_.pop_back();
-  manifolds_[static_cast<std::size_t>(place)].n_A = Vector::Zero();
+  KeptPair& pair = pairs_[static_cast<std::size_t>(place)] = {};
+  pair.is_worth_it = is_worth_keeping(A, B) ? 1 : 0;
+  pair.begins_at_axis = pair.is_worth_it != 0 && cradle::begins_at_axis(A, B) ? 1 : 0;
+  if (pair.begins_at_axis != 0) manifolds_[static_cast<std::size_t>(place)].n_A = Vector::Zero();
   return place;
 }
 
-/// Of a pair of last tick.
-void PairMemory::release(std::size_t old) {
-  const std::int32_t place = last_.pairs[old].place;
-  if (place >= 0) free_.push_back(place);
-}
-
-/// Which pairs were there, and which are gone.
+/// Which pairs were there, and where, and which are gone.
 void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
                              std::size_t begin, std::size_t end) {
   const std::vector<PairName>& last = last_.names;
@@ -67,23 +66,17 @@ void PairMemory::follow_some(std::span<const BodyPair> pairs, std::span<const st
     now_.names[k] = name;
     const bool is_new = old == last.cend() || name < *old;
     is_new_[k] = is_new ? 1 : 0;
-    from_[k] = is_new ? -1 : static_cast<std::int32_t>(old - last.cbegin());
-    if (!is_new) is_gone_[static_cast<std::size_t>(old++ - last.cbegin())] = 0;
+    if (is_new) continue;
+    const auto number = static_cast<std::size_t>(old++ - last.cbegin());
+    now_.places[k] = last_.places[number];
+    is_gone_[number] = 0;
   }
-}
-
-/// With what it kept last tick.
-KeptPair& PairMemory::taken_over(std::size_t k) {
-  KeptPair& pair = now_.pairs[k];
-  const std::int32_t from = std::exchange(from_[k], -1);
-  if (from >= 0) pair = last_.pairs[static_cast<std::size_t>(from)];
-  return pair;
 }
 
 bool PairMemory::holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned,
                        double reach, double margin) {
-  KeptPair& pair = taken_over(k);
-  if (pair.place < 0) return false;
+  KeptPair& pair = this->pair(k);
+  if (pair.is_worth_it == 0) return false;
   const bool was_held = pair.is_held != 0;
   const double motion = pair.motion(X_WA, X_WB, turned);
   // Which of both it is is chance, so: no branches.
@@ -101,43 +94,43 @@ bool PairMemory::holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double
 
 bool PairMemory::recall(std::size_t k, const Pose& X_WA, const Pose& X_WB,
                         Manifold& manifold) const {
-  const KeptPair& pair = now_.pairs[k];
-  if (pair.count == 0) return false;
-  pose(manifolds_[static_cast<std::size_t>(pair.place)], pair.count, X_WA, X_WB, manifold);
+  const int count = pair(k).count;
+  if (count == 0) return false;
+  pose(manifolds_[place(k)], count, X_WA, X_WB, manifold);
   return true;
 }
 
 bool PairMemory::is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned,
                           double margin) {
-  KeptPair& pair = taken_over(k);
-  pair.is_held = pair.place < 0 && pair.motion(X_WA, X_WB, turned) + margin < pair.bears_m;
+  KeptPair& pair = this->pair(k);
+  pair.is_held = pair.is_worth_it == 0 && pair.motion(X_WA, X_WB, turned) + margin < pair.bears_m;
   if (pair.is_held == 0) pair.begin(X_WA, X_WB, turned);
   return pair.is_held != 0;
 }
 
-void PairMemory::expect(std::size_t k, bool begins_at_axis) const {
-  const std::int32_t from = from_[k];
-  const KeptPair& pair = from < 0 ? now_.pairs[k] : last_.pairs[static_cast<std::size_t>(from)];
-  if (pair.place < 0) return;
+void PairMemory::expect(std::size_t k) const {
+  const KeptPair& pair = this->pair(k);
+  if (pair.is_worth_it == 0) return;
   const bool may_hold = (pair.count > 0) & (pair.bears_m > 0);
-  if (!may_hold && !begins_at_axis) return;
-  const auto& manifold = manifolds_[static_cast<std::size_t>(pair.place)];
+  if (!may_hold && pair.begins_at_axis == 0) return;
+  const KeptManifold& manifold = manifolds_[place(k)];
   fetch(&manifold, may_hold ? sizeof(manifold) : sizeof(manifold.n_A));
 }
 
 void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,
-                      const Manifold& made, bool begins_at_axis) {
-  KeptPair& pair = now_.pairs[k];
-  if (pair.place < 0) return;
-  const bool is_worth_it = (made.count == 0) | (pair.is_slow != 0);
-  const double bears = is_worth_it ? bearable_motion(made, reach) : 0;
+                      const Manifold& made) {
+  KeptPair& pair = this->pair(k);
+  if (pair.is_worth_it == 0) return;
+  const bool may_hold = (made.count == 0) | (pair.is_slow != 0);
+  const double bears = may_hold ? bearable_motion(made, reach) : 0;
   pair.count = made.count;
   pair.choice = static_cast<std::uint32_t>(made.choice);
   pair.bears_m = bears;
-  KeptManifold& kept = manifolds_[static_cast<std::size_t>(pair.place)];
+  KeptManifold& kept = manifolds_[place(k)];
   if (made.count > 0 && bears > 0) {
     cradle::keep(made, X_WA, X_WB, kept);
-  } else if (begins_at_axis && (made.count > 0 || made.lead > 0)) {  // not for long, or no points
+  } else if (pair.begins_at_axis != 0 &&
+             (made.count > 0 || made.lead > 0)) {  // not for long, or no points
     kept.n_A = X_WA.R.transpose() * made.normal_W;
   }
 }

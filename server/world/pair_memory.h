@@ -1,8 +1,8 @@
 /// What pairs of bodies remember from tick to tick: their manifold, while it holds, and its axis,
 /// from which the next search begins.
 ///
-/// Manifolds stay at their place while their pair lasts; a pair that ends leaves its place to a
-/// later one. Places depend on the pairs of all ticks so far and on nothing else.
+/// It stays at its place while the pair lasts; a pair that ends leaves its place to a later one.
+/// Places depend on the pairs of all ticks so far and on nothing else.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,13 @@ struct alignas(64) KeptPair {
   double turned_m = 0;                       ///< the bodies' ways by turning, then
   double bears_m = 0;                        ///< how much motion the manifold bears
   double margin_m = 0;                       ///< that it was made with
-  std::int32_t place = -1;                   ///< of its manifold; -1: the pair is not worth keeping
   std::int32_t count = 0;                    ///< points of the manifold
   std::uint32_t choice = 0;                  ///< as of the last manifold
-  std::uint16_t is_held = 0;                 ///< 1: the manifold is not of this tick
-  std::uint16_t is_slow = 0;                 ///< 1: the next one is likely to be kept
+  // 1 or 0:
+  std::uint16_t is_worth_it = 0;     ///< to keep its manifold
+  std::uint16_t begins_at_axis = 0;  ///< it is worth it, and to know an axis saves time
+  std::uint16_t is_held = 0;         ///< the manifold is not of this tick
+  std::uint16_t is_slow = 0;         ///< the next one is likely to be kept
 
   static constexpr double kNever = 1e300;
   bool is_new() const { return p_AoBo.x() == kNever; }
@@ -43,35 +45,34 @@ struct alignas(64) KeptPair {
   }
 };
 
-/// Sorted by names.
+/// Sorted by names, and where each is.
 struct KeptPairs {
   std::vector<PairName> names;
-  std::vector<KeptPair> pairs;
+  std::vector<std::int32_t> places;
 
   std::size_t size() const { return names.size(); }
   void resize(std::size_t size) {
     names.resize(size);
-    pairs.resize(size);
+    places.resize(size);
   }
   /// At `to`, what `other` has at `k`.
   void set(std::size_t to, const KeptPairs& other, std::size_t k) {
     names[to] = other.names[k];
-    pairs[to] = other.pairs[k];
+    places[to] = other.places[k];
   }
 };
 
 class PairMemory {
  public:
   /// Takes over the pairs of this tick, sorted; `ids` and `shapes` by slot. Pairs that were there
-  /// last tick keep what they have, others that are worth it get an empty place.
+  /// last tick keep what they have, others get an empty place.
   void follow(Executor& executor, std::span<const BodyPair> pairs,
               std::span<const std::int64_t> ids, std::span<const Shape> shapes);
 
   /// Whether what is kept of the k-th pair, of convex shapes, holds still; else a fresh manifold is
   /// to be made, and kept. `turned`: the way that the points of both bodies have gone at most by
   /// turning, together, since the world began, m. `reach`: radius of the ball that holds the
-  /// smaller body, m. Pairs may be asked side by side, and each is asked in every tick, or for
-  /// `is_apart`: what it keeps comes along then, and not before it is needed.
+  /// smaller body, m. Pairs may be asked side by side.
   bool holds(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double reach,
              double margin);
   /// Of what holds: into `manifold`, or false if nothing touches.
@@ -80,30 +81,24 @@ class PairMemory {
   /// still certain that nothing is within the margin.
   bool is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, double turned, double margin);
   /// It is not, but nothing was found: the two are at least so far apart, m.
-  void keep_apart(std::size_t k, double distance) { now_.pairs[k].bears_m = distance; }
+  void keep_apart(std::size_t k, double distance) { pair(k).bears_m = distance; }
 
   /// The manifold to be made is likely to be kept: the last one was, or its bodies have hardly
   /// moved since.
-  bool is_slow(std::size_t k) const { return now_.pairs[k].is_slow != 0; }
+  bool is_slow(std::size_t k) const { return pair(k).is_slow != 0; }
+  /// Its axis is kept though its manifold may not be.
+  bool begins_at_axis(std::size_t k) const { return pair(k).begins_at_axis != 0; }
   /// In A, unit: along which the two touched last, or were apart; zero: not known. Of pairs that
   /// begin at an axis.
-  Vector axis_A(std::size_t k) const {
-    const std::int32_t place = now_.pairs[k].place;
-    return place < 0 ? Vector(Vector::Zero()) : manifolds_[static_cast<std::size_t>(place)].n_A;
-  }
-  std::uint64_t choice(std::size_t k) const { return now_.pairs[k].choice; }
-  bool was_apart(std::size_t k) const { return now_.pairs[k].count == 0; }
+  const Vector& axis_A(std::size_t k) const { return manifolds_[place(k)].n_A; }
+  std::uint64_t choice(std::size_t k) const { return pair(k).choice; }
+  bool was_apart(std::size_t k) const { return pair(k).count == 0; }
   /// Fetches what `recall` may read, or `axis_A`: manifolds lie anywhere, and to wait for them
   /// takes longer than all else that is done with them.
-  void expect(std::size_t k, bool begins_at_axis) const;
+  void expect(std::size_t k) const;
   /// Likewise what the pair keeps, some pairs before that: `expect` looks there.
-  void expect_kept(std::size_t k) const {
-    if (from_[k] >= 0) fetch(&last_.pairs[static_cast<std::size_t>(from_[k])]);
-    fetch(&now_.pairs[k]);
-  }
-  /// `begins_at_axis`: its axis is kept though the manifold is not.
-  void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made,
-            bool begins_at_axis);
+  void expect_kept(std::size_t k) const { fetch(&pair(k)); }
+  void keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach, const Manifold& made);
 
   /// Puts pairs by for which `sleeps(id, id)`, with what they have, until they are taken up.
   template <class Sleeps>
@@ -115,16 +110,17 @@ class PairMemory {
   /// been there last tick.
   void take_up(std::span<const std::int64_t> ids);
 
-  /// In this tick: the manifold was not made anew.
-  bool was_held(std::size_t k) const { return now_.pairs[k].is_held != 0; }
+  /// When it was asked last: the manifold was not made anew.
+  bool was_held(std::size_t k) const { return pair(k).is_held != 0; }
 
   /// Calls `array(name, values)` for all that influences the next tick.
   template <class F>
   void for_each_array(F&& array) {
     array("kept pairs", now_.names);
-    array("what they keep", now_.pairs);
+    array("places of kept pairs", now_.places);
     array("pairs put by", put_by_.names);
-    array("what these keep", put_by_.pairs);
+    array("places of pairs put by", put_by_.places);
+    array("what pairs keep", pairs_);
     array("kept manifolds", manifolds_);
     array("free places", free_);
   }
@@ -132,20 +128,21 @@ class PairMemory {
  private:
   void follow_some(std::span<const BodyPair> pairs, std::span<const std::int64_t> ids,
                    std::size_t begin, std::size_t end);
-  KeptPair& taken_over(std::size_t k);
-  std::int32_t take_place();
-  void release(std::size_t old);
+  std::size_t place(std::size_t k) const { return static_cast<std::size_t>(now_.places[k]); }
+  KeptPair& pair(std::size_t k) { return pairs_[place(k)]; }
+  const KeptPair& pair(std::size_t k) const { return pairs_[place(k)]; }
+  std::int32_t take_place(ShapeKind A, ShapeKind B);
   /// Those for which `goes(name)`.
   template <class Goes>
   void move(KeptPairs& from, KeptPairs& to, const Goes& goes);
 
   KeptPairs now_, last_, put_by_;
-  KeptPairs moved_;                 ///< for move()
-  std::vector<std::int32_t> from_;  ///< by pair: where in last_ is what it keeps; -1: it is here
-  std::vector<std::uint8_t> is_new_, is_gone_;  ///< by pair; by place in last_: for follow()
-  std::vector<std::size_t> gone_;               ///< places in last_, likewise
-  std::vector<KeptManifold> manifolds_;
-  std::vector<std::int32_t> free_;  ///< places, the next to be taken last
+  KeptPairs moved_;                             ///< for move()
+  std::vector<std::uint8_t> is_new_, is_gone_;  ///< by pair; by number in last_: for follow()
+  std::vector<std::size_t> gone_;               ///< numbers in last_, likewise
+  std::vector<KeptPair> pairs_;                 ///< by place
+  std::vector<KeptManifold> manifolds_;         ///< likewise
+  std::vector<std::int32_t> free_;              ///< places, the next to be taken last
 };
 
 template <class Goes>
@@ -168,7 +165,7 @@ void PairMemory::move(KeptPairs& from, KeptPairs& to, const Goes& goes) {
   }
 }
 
-static_assert(sizeof(KeptPair) == 6 * 8 + 3 * 4 + 2 * 2);
+static_assert(sizeof(KeptPair) == 6 * 8 + 2 * 4 + 4 * 2);
 static_assert(sizeof(KeptManifold) == 8 * (3 + 4 * 7));
 
 }  // namespace cradle

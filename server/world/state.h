@@ -59,13 +59,11 @@ struct Overlaps {
   double sum_m = 0, max_m = 0;
   double closing_mps = 0;  ///< of the contact that closes fastest, if somebody asks
 
-  void add(const ContactConstraint& c) {
-    for (const ConstraintPoint& p : c.used()) {  // without branches: it is chance
-      points += p.s0 <= 0 ? 1 : 0;
-      const double overlap_m = std::max(0.0, -p.s0);
-      sum_m += overlap_m;
-      max_m = std::max(max_m, overlap_m);
-    }
+  /// `deepest_m`: the largest overlap of the points.
+  void add(const PointsMet& met, double deepest_m) {
+    points += met.count;
+    sum_m += met.overlaps_m;
+    max_m = std::max(max_m, deepest_m);
   }
   void add(const Overlaps& other) {
     points += other.points;

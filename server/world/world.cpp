@@ -264,8 +264,8 @@ void World::Steps::prepare(State& s, Executor& executor) {
                    set_up(c, s.touching[k], bodies, s);
                    last_tick.restore(c);
                  }
-                 look_at(c);
-                 overlaps.add(c);
+                 const PointsMet met = look_at(c);
+                 overlaps.add(met, c.deepest_m);
                  if (!s.settings.collides_twice) continue;
                  overlaps.closing_mps = std::max(overlaps.closing_mps, closing_speed(c, bodies));
                }

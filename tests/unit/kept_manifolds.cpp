@@ -165,7 +165,7 @@ class Follower {
         memory_.recall(k, poses_[a], poses_[b], kept);
       } else {
         kept = fresh(k, collider(a), collider(b), margin);
-        memory_.keep(k, poses_[a], poses_[b], reach, kept, has_axis(k));
+        memory_.keep(k, poses_[a], poses_[b], reach, kept);
       }
       if (is_composite(shapes_[a].kind) || is_composite(shapes_[b].kind)) {
         ++found.composite;
@@ -187,14 +187,10 @@ class Follower {
   Findings found;
 
  private:
-  bool has_axis(std::size_t k) const {
-    return begins_at_axis(shapes_[static_cast<std::size_t>(pairs_[k].a)].kind,
-                          shapes_[static_cast<std::size_t>(pairs_[k].b)].kind);
-  }
   /// As the world makes it: first along the axis that the pair was apart along.
   Manifold fresh(std::size_t k, const Collider& A, const Collider& B, double margin) {
     PairHints hints;
-    if (has_axis(k)) hints = {A.X_WB.R * memory_.axis_A(k), memory_.was_apart(k)};
+    if (memory_.begins_at_axis(k)) hints = {A.X_WB.R * memory_.axis_A(k), memory_.was_apart(k)};
     if (const auto apart = still_apart(A, B, margin, hints)) {
       ++found.along_axis;
       found.along_axis_wrong += collide(A, B, margin).count > 0;
@@ -346,7 +342,7 @@ TEST_CASE(
   Manifold manifold;
   REQUIRE(!memory.holds(0, X_WA, X_WB, 0, reach, kMargin));
   const Manifold made = collide(box, X_WA, box, X_WB, kMargin);
-  memory.keep(0, X_WA, X_WB, reach, made, false);
+  memory.keep(0, X_WA, X_WB, reach, made);
   const double bears = bearable_motion(made, reach);
   REQUIRE(bears > 0);
   const auto carried = [](const Pose& X, const Vector& way) { return Pose{X.x + way, X.R}; };

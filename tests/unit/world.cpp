@@ -40,8 +40,9 @@ World busy_world() {
   spring.stiffness = 3;
   world.add_springs(std::array{spring});
   const BodyId sleeper = add(world, brick({0.5, 0.5, 0.5}, {30, 0, 0.5}));
+  const BodyId beside = add(world, brick({0.5, 0.5, 0.5}, {-9, 0, 0.5}));  // leaves a free place
   steps(world, 20);
-  world.despawn(std::array{lid, gone});
+  world.despawn(std::array{lid, gone, beside});
   steps(world, 30);
   add(world, brick({0.5, 0.5, 0.5}, {20, 0, 0.5}));  // in contact, and still awake
   steps(world, 1);

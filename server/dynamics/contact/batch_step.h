@@ -32,7 +32,8 @@ class BatchStep {
     // Of its bodies, which are sorted by domain:
     std::span<std::int32_t> moving, islands;  ///< slots; by number, of those in the tick
     std::span<std::uint8_t> resting;          ///< as ContactTick has it
-    std::span<ContactConstraint*const> constraints, special;  ///< of which these are (ContactLook)
+    std::span<ContactConstraint* const> constraints;
+    std::span<ContactConstraint* const> special;  ///< those of them that are, as ContactLook has it
   };
   /// `sizes`: bodies, by island of the tick.
   BatchResult advance(const Batch& batch, ContactTick tick, const BodyArrays& arrays,

@@ -27,12 +27,12 @@ constexpr double kNoLoad =
 /// back by its share of the overlap, as its mass yields. So a ball on a plane rolls on its own
 /// radius, however soft the contact is. The mean of the points, which stay in their plane.
 Vector to_undeformed(const ContactConstraint& c, const Manifold& manifold) {
-  const double yields = c.inverse_mass_A + c.inverse_mass_B;
-  if (yields == 0) return Vector::Zero();
+  if (c.inverse_mass_A == c.inverse_mass_B) return Vector::Zero();  // both alike
   double sum = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(manifold.count); ++i) {
     sum += manifold.points[i].separation;
   }
+  const double yields = c.inverse_mass_A + c.inverse_mass_B;
   const double share = 0.5 * (c.inverse_mass_B - c.inverse_mass_A) / yields;
   return share * sum / manifold.count * c.n;
 }
@@ -52,7 +52,7 @@ Vector place(ContactConstraint& c, const Manifold& manifold, std::int32_t a, std
   c.friction = c.restitution = c.rolling_m = c.torsional_m = c.press = c.deepest_m = 0;
   c.preload = 0;
   c.carrying = 0;
-  c.is_met = c.is_known = false;
+  c.is_met = c.is_known = c.bounces = false;
   c.t1 = tangent(c.n);
   c.count = static_cast<std::int8_t>(manifold.count);
   return to_undeformed(c, manifold);
@@ -126,19 +126,25 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
   return c;
 }
 
-void look_at(ContactConstraint& c) {
-  c.press = 0;
-  c.carrying = 0;
-  c.is_met = false;
-  c.deepest_m = 0;
-  c.bounces = c.restitution > 0;
+PointsMet look_at(ContactConstraint& c) {
   const double yields = c.inverse_mass_A + c.inverse_mass_B;
-  for (const ConstraintPoint& p : c.used()) {
-    c.press = std::max(c.press, p.press);
-    c.carrying = static_cast<std::int8_t>(c.carrying + (p.force * yields > kNoLoad ? 1 : 0));
-    c.is_met |= p.s0 <= 0;
-    c.deepest_m = std::max(c.deepest_m, -p.s0);
+  PointsMet met;
+  double press = 0, deepest_m = 0;
+  int carrying = 0;
+  for (const ConstraintPoint& p : c.used()) {  // without branches: it is chance
+    const double overlap_m = std::max(0.0, -p.s0);
+    met.count += p.s0 <= 0 ? 1 : 0;
+    met.overlaps_m += overlap_m;
+    deepest_m = std::max(deepest_m, overlap_m);
+    press = std::max(press, p.press);
+    carrying += p.force * yields > kNoLoad ? 1 : 0;
   }
+  c.press = press;
+  c.carrying = static_cast<std::int8_t>(carrying);
+  c.is_met = met.count > 0;
+  c.deepest_m = deepest_m;
+  c.bounces = c.restitution > 0;
+  return met;
 }
 
 double closing_speed(const ContactConstraint& c, const BodyArrays& bodies) {

@@ -210,9 +210,15 @@ ContactConstraint make_constraint(const Manifold& manifold, std::int32_t a, std:
                                   const BodyArrays& bodies,
                                   std::span<const Matrix> inverse_inertia_W);
 
-/// What is known of a constraint at a glance: press, carrying, is_met, deepest_m, bounces. Once its
-/// forces and material are set.
-void look_at(ContactConstraint& c);
+/// Of a constraint at the tick's start: those without a gap, and the sum of their overlaps, m.
+struct PointsMet {
+  int count = 0;
+  double overlaps_m = 0;
+};
+
+/// Sets what is known of a constraint at a glance: press, carrying, is_met, deepest_m, bounces.
+/// Once its forces and material are set.
+PointsMet look_at(ContactConstraint& c);
 
 /// m/s, of the point that closes fastest, if any does.
 double closing_speed(const ContactConstraint& c, const BodyArrays& bodies);

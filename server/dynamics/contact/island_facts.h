@@ -35,7 +35,7 @@ BodyMotion motion_of(std::size_t slot, const BodyArrays& arrays, double dt, int 
 
 /// Likewise of a constraint.
 struct ContactLook {
-  double press;         ///< m/s^2: of the constraint, or of what is met what it may be at first
+  double press;         ///< m/s^2: of the constraint; or what it may be at first, 0 of a gap
   double tolerance_m;   ///< of the constraint
   double relative_way;  ///< m, in the tick: of its two bodies, beside each other
   bool was_pressed, is_met, is_known, is_deep, is_ahead;
@@ -79,14 +79,13 @@ struct IslandFacts {
   /// Neighbours, in numbers first: one after the other they would wait for each other.
   void add(std::span<const ContactLook> looks) {
     int pressed = 0, known = 0, lying_askew = 0, driven = 0, deep = 0, single = 0;
-    int not_plain = 0;
     for (const ContactLook& look : looks) {
       pressed += look.was_pressed ? 1 : 0;
       known += look.is_known ? 1 : 0;
       lying_askew += look.is_askew ? 1 : 0;
       driven += look.is_driven ? 1 : 0;
       deep += look.is_deep ? 1 : 0;
-      not_plain += look.is_special ? 1 : 0;
+      special += look.is_special ? 1 : 0;
       single += look.is_single ? 1 : 0;
       relative_way += look.relative_way;
     }
@@ -97,7 +96,6 @@ struct IslandFacts {
     if (known > 0) past = Past::lasts;
     lies_askew |= lying_askew > 0;
     is_driven |= driven > 0;
-    special += not_plain;
     askew += kCarryPerAskew * lying_askew - pressed;
     excess += 4 * deep - all;
   }

@@ -40,18 +40,13 @@ Aabb bounds_of_cone(const Shape& cone, const Pose& X_WB) {
 constexpr std::size_t kFewVertices = 32;
 
 Aabb bounds_of_few(std::span<const Vector> vertices_B, const Pose& X_WB) {
-  Aabb box;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector along_B = X_WB.R.row(axis).transpose();
-    double lowest = kInfinity, highest = -kInfinity;
-    for (const Vector& p_B : vertices_B) {
-      lowest = std::min(lowest, along_B.dot(p_B));
-      highest = std::max(highest, along_B.dot(p_B));
-    }
-    box.lower[axis] = X_WB.x[axis] + lowest;
-    box.upper[axis] = X_WB.x[axis] + highest;
+  Vector lowest = Vector::Constant(kInfinity), highest = -lowest;  // from Bo
+  for (const Vector& p_B : vertices_B) {
+    const Vector p = X_WB.R * p_B;
+    lowest = lowest.cwiseMin(p);
+    highest = highest.cwiseMax(p);
   }
-  return box;
+  return {X_WB.x + lowest, X_WB.x + highest};
 }
 
 Aabb bounds_of_hull(const Collider& collider) {

@@ -101,8 +101,7 @@ class BoxBatch {
 
   MadeManifolds& made_;
   const BoxKernels& kernels_;
-  std::array<Queue, 2>
-      queues_;  ///< of others; of what touched last time, and nearly all does so again
+  std::array<Queue, 2> queues_;  ///< the second: of what touched last time, nearly all does again
   int facing_ = 0;
   std::array<Waiting, kBoxLanes> faces_;
   BoxFaceBlock face_block_;

@@ -436,10 +436,9 @@ class SoftStep final : public SoftSolver {
   std::vector<BodyMotion> motions_;  // by body, in the order of the tick's
   // By constraint:
   std::vector<ContactLook> looks_;
-  std::vector<double> asked_;          // sub-steps
-  std::vector<std::uint8_t> choices_;  // of kSubSteps, or none
-  std::vector<std::uint8_t>
-      are_points_;  // of one point, the only one of their bodies, and it moves
+  std::vector<double> asked_;             // sub-steps
+  std::vector<std::uint8_t> choices_;     // of kSubSteps, or none
+  std::vector<std::uint8_t> are_points_;  // single, and their bodies', in an island that moves
   // By island:
   std::vector<IslandFacts> facts_;
   std::vector<std::uint8_t> is_calm_;

@@ -23,10 +23,7 @@ class Narrow final : public MadeManifolds {
       return;
     }
     constexpr std::size_t kAhead = 8;
-    if (k + 2 * kAhead < end_) {
-      expect_body(index(s_.pairs[k + 2 * kAhead].b));
-      s_.memory.expect_kept(k + 2 * kAhead);
-    }
+    if (k + 2 * kAhead < end_) s_.memory.expect_kept(k + 2 * kAhead);
     if (k + kAhead < end_) s_.memory.expect(k + kAhead);
     const double turned = s_.turned[a] + s_.turned[b];
     const double reach = std::min(s_.reaches[a], s_.reaches[b]);
@@ -54,14 +51,7 @@ class Narrow final : public MadeManifolds {
   }
 
  private:
-  /// Fetches what is to be read of a body: the second ones of pairs do not follow each other.
-  void expect_body(std::size_t i) const {
-    fetch(&s_.margins[i]);
-    fetch(&s_.bodies.v[i]);
-    fetch(&s_.bodies.shape[i]);
-    fetch(&s_.poses[i], sizeof(Pose));
-  }
-  /// Likewise where the manifold of a pair goes, if it touched; that is chance, so there is no
+  /// Fetches where the manifold of a pair goes, if it touched; that is chance, so there is no
   /// branch: else something that is there is fetched.
   void expect_points(std::size_t k, bool touched) const {
     const void* const places[] = {this, &s_.manifolds[k]};

@@ -53,6 +53,48 @@ void list_sprung(World::State& s) {
   }
 }
 
+/// All of a gas: their numbers are those of the last tick.
+bool are_all_again(World::State& s, Executor& executor) {
+  Ballistic& balls = s.balls;
+  const std::size_t count = balls.candidates.size();
+  if (count == 0 || balls.slots.size() != count) return false;
+  balls.agree.resize(chunks_of(count, kBallsTogether));
+  for_chunks(executor, count, kBallsTogether,
+             [&](std::size_t part, std::size_t begin, std::size_t end) {
+               bool agree = true;
+               for (std::size_t k = begin; k < end; ++k) {
+                 agree &= could_take_part(s, index(balls.candidates[k]));
+               }
+               balls.agree[part] = agree ? 1 : 0;
+             });
+  return std::ranges::find(balls.agree, 0) == balls.agree.end();
+}
+
+void number_balls(World::State& s) {
+  Ballistic& balls = s.balls;
+  balls.slots.clear();
+  balls.number.assign(s.bodies.size(), -1);
+  for (const std::int32_t slot : balls.candidates) {
+    const std::size_t i = index(slot);
+    if (!could_take_part(s, i)) continue;
+    balls.number[i] = static_cast<std::int32_t>(balls.slots.size());
+    balls.slots.push_back(slot);
+    s.sleepers.is_box_known[i] = 0;
+  }
+}
+
+Vector sum_of_velocities(World::State& s, Executor& executor) {
+  Ballistic& balls = s.balls;
+  balls.sums.resize(chunks_of(balls.slots.size(), kBallsTogether));
+  for_chunks(executor, balls.slots.size(), kBallsTogether,
+             [&](std::size_t part, std::size_t begin, std::size_t end) {
+               Vector sum = Vector::Zero();
+               for (std::size_t k = begin; k < end; ++k) sum += s.bodies.v[index(balls.slots[k])];
+               balls.sums[part] = sum;
+             });
+  return std::accumulate(balls.sums.begin(), balls.sums.end(), Vector(Vector::Zero()));
+}
+
 Ball ball_of(const World::State& s, std::size_t i) {
   Ball ball;
   ball.x = s.bodies.x[i];
@@ -291,6 +333,7 @@ void take_pose_of_ball(World::State& s, std::size_t i) {
 
 void list_balls(World::State& s) {
   s.balls.candidates.clear();
+  s.balls.slots.clear();
   if (s.scheme->advance != exact) return;
   for (const std::int32_t slot : s.colliders) {
     if (is_ball(s, index(slot))) s.balls.candidates.push_back(slot);
@@ -299,30 +342,19 @@ void list_balls(World::State& s) {
 
 void begin_balls(World::State& s, Executor& executor) {
   Ballistic& balls = s.balls;
-  balls.slots.clear();
   balls.passed_by.clear();
   balls.are_apart = balls.are_slow = false;
   balls.report = {};
-  balls.number.assign(s.bodies.size(), -1);
   balls.parts_used = 0;
   balls.scene.obstacles.clear();
   balls.obstacle_slots.clear();
   balls.scene.gravity = s.gravity_W;
   balls.scene.dt = s.dt;
-  if (balls.candidates.empty()) return;
-  list_sprung(s);
-  Vector sum = Vector::Zero();
-  for (const std::int32_t slot : balls.candidates) {
-    const std::size_t i = index(slot);
-    if (!could_take_part(s, i)) continue;
-    balls.number[i] = static_cast<std::int32_t>(balls.slots.size());
-    balls.slots.push_back(slot);
-    s.sleepers.is_box_known[i] = 0;
-    sum += s.bodies.v[i];
-  }
+  if (!balls.candidates.empty()) list_sprung(s);
+  if (!are_all_again(s, executor)) number_balls(s);
   if (balls.slots.empty()) return;
   const auto count = static_cast<double>(balls.slots.size());
-  balls.v_mean = sum / count;
+  balls.v_mean = sum_of_velocities(s, executor) / count;
   balls.spread = std::sqrt(take_balls(s, executor) / count);
   balls.is_out.assign(balls.slots.size(), 0);
   balls.obstacle.assign(s.bodies.size(), -1);

@@ -55,6 +55,8 @@ struct Ballistic {
   std::vector<std::uint8_t> is_out;  ///< by number: takes no part
   std::vector<std::int32_t> obstacle;  ///< by slot: number of the obstacle; or -1
   Vector v_mean = Vector::Zero();      ///< m/s, of those in `slots`
+  std::vector<std::uint8_t> agree;     ///< by part of the candidates: all could take part
+  std::vector<Vector> sums;            ///< m/s: of velocities, by part of the balls
   std::vector<double> squares;         ///< m^2/s^2: of deviations from it, by part of the balls
   double spread = 0;                   ///< m/s, of their velocities about it, mean square
   std::vector<BodyPair> passed_by;     ///< pairs of fast deviated balls with what they do not know

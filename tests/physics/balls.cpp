@@ -148,6 +148,22 @@ TEST_CASE("P19: unlike balls in free fall exchange their velocities") {
   }
 }
 
+TEST_CASE("balls that are as many as before, but not the same, are known by their places") {
+  World world(weightless());
+  const BodyId leaves = add(world, elastic_ball(0.5, {0, 9, 0}, {}));
+  BodySpec spec = brick({0.5, 0.5, 0.5}, {0, 0, 0});
+  spec.material = {0, 1};
+  const BodyId cube = add(world, spec);
+  add(world, elastic_ball(0.5, {0, -9, 0}, {}));
+  steps(world, 2);
+  REQUIRE(world.despawn(std::array{leaves}).result == Result::ok);
+  const BodyId ball = add(world, elastic_ball(0.5, {-3, 0, 0}, {4, 0, 0}));
+  steps(world, 60);
+  // Equal masses exchange their velocities, where the ball meets the face.
+  CHECK(std::abs(state(world, cube).v_WBcm.x - 4) < 1e-12);
+  CHECK(std::abs(state(world, ball).p_WBo.x + 1) < 1e-9);
+}
+
 TEST_CASE("P26: a light ball on a heavy one is thrown up") {
   World world(settings(60));
   add(world, ground(0));

@@ -59,6 +59,10 @@ struct BodyArrays {
   std::span<Sway> sway = {};    ///< empty: nothing comes to rest before its velocities are 0
   std::span<Poise> poise = {};  ///< empty: nothing is remembered
 
+  /// It moves without yielding: a kinematic body.
+  bool is_driven(std::size_t i) const {
+    return inverse_mass[i] == 0 && !(v[i].isZero(0) && w[i].isZero(0));
+  }
   /// m, of a body that yields: the largest radius of gyration.
   double gyration(std::size_t i) const {
     return std::sqrt(inertia[i].maxCoeff() * inverse_mass[i]);

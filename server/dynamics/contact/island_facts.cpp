@@ -24,11 +24,7 @@ BodyMotion motion_of(std::size_t slot, const BodyArrays& arrays, double dt, int 
           !arrays.poise.empty() && arrays.poise[slot].free > 0};
 }
 
-ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
-                    std::span<const std::int32_t> number, double dt) {
-  const auto is_driven = [&](std::size_t slot) {
-    return number[slot] < 0 && !(arrays.v[slot].isZero(0) && arrays.w[slot].isZero(0));
-  };
+ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays, double dt) {
   ContactLook look;
   look.press = c.press > 0 ? c.press : c.is_met ? first_press(c, arrays) : 0;
   look.tolerance_m = c.tolerance_m;
@@ -41,7 +37,7 @@ ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
   look.is_special = c.is_ahead || c.bounces || c.has_rested;
   look.is_single = c.count == 1;
   look.is_askew = c.carrying > 0 && c.carrying < c.count;
-  look.is_driven = is_driven(index(c.a)) || is_driven(index(c.b));
+  look.is_driven = arrays.is_driven(index(c.a)) || arrays.is_driven(index(c.b));
   return look;
 }
 

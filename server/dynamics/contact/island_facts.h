@@ -44,9 +44,7 @@ struct ContactLook {
   bool is_askew;    ///< it carries on some of its points only
   bool is_driven;   ///< by a kinematic body
 };
-/// `number`: by slot, -1: does not yield.
-ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays,
-                    std::span<const std::int32_t> number, double dt);
+ContactLook look_of(const ContactConstraint& c, const BodyArrays& arrays, double dt);
 
 /// And of an island, what there is to know of its bodies and contacts, and what was chosen.
 struct IslandFacts {

@@ -108,7 +108,7 @@ class SoftStep final : public SoftSolver {
     for_each_index(executor, constraints.size(), kSoftChunk, [&](std::size_t k) {
       if (!is_stepped(islands_->of_constraint(k))) return;
       expect_next(constraints, k);
-      looks_[k] = look_of(*constraints[k], arrays, islands_->numbers(), dt);
+      looks_[k] = look_of(*constraints[k], arrays, dt);
     });
     facts_.assign(islands_->count(), {});
     for_contacts([this](std::size_t island, std::size_t begin, std::size_t end) {

@@ -102,12 +102,8 @@ class HybridStep final : public IslandStep {
 
   /// By a kinematic body.
   bool is_driven(const Island& island) const {
-    const auto drives = [this](std::int32_t slot) {
-      const std::size_t i = index(slot);
-      return arrays().inverse_mass[i] == 0 && !(arrays().v[i].isZero(0) && arrays().w[i].isZero(0));
-    };
-    return std::ranges::any_of(island.constraints, [&](const ContactConstraint* c) {
-      return drives(c->a) || drives(c->b);
+    return std::ranges::any_of(island.constraints, [this](const ContactConstraint* c) {
+      return arrays().is_driven(index(c->a)) || arrays().is_driven(index(c->b));
     });
   }
 

@@ -161,17 +161,17 @@ void BallGrid::sort(Executor& executor, std::span<const Ball> balls) {
   stride_ = balls.size() + kFloatLanes;  // a read of four may begin at the last
   columns_.resize(7 * stride_);
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const std::uint32_t cell = cells_of_[i], place = begins_[cell]++;
-    numbers_[place] = static_cast<std::int32_t>(i);
-    cells_at_[place] = cell;
-    places_[i] = place;
+    numbers_[begins_[cells_of_[i]]++] = static_cast<std::int32_t>(i);
   }
   for_each_index(executor, balls.size(), kBalls, [&](std::size_t place) {
     constexpr std::size_t kAhead = 8;
     if (place + kAhead < balls.size()) {
       fetch(&points_[index(numbers_[place + kAhead])]);
     }
-    write(points_[index(numbers_[place])], place);
+    const std::size_t i = index(numbers_[place]);
+    cells_at_[place] = cells_of_[i];
+    places_[i] = static_cast<std::uint32_t>(place);
+    write(points_[i], place);
   });
   // Each now tells where its cell ends.
   std::copy_backward(begins_.begin(), begins_.end() - 1, begins_.end());

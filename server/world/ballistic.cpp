@@ -53,7 +53,8 @@ void list_sprung(World::State& s) {
   }
 }
 
-/// All of a gas: their numbers are those of the last tick.
+/// All of a gas, as in the last tick: their numbers are those of then. Who had one is among the
+/// candidates, or `list_balls` has forgotten it.
 bool are_all_again(World::State& s, Executor& executor) {
   Ballistic& balls = s.balls;
   const std::size_t count = balls.candidates.size();

@@ -37,7 +37,7 @@ struct BallPart {
   std::vector<std::int32_t> partners;  ///< of a ball that looks around
 };
 
-/// Made anew in each tick, in memory that is kept.
+/// Made anew in each tick, but for what stays while the same balls fly, in memory that is kept.
 struct Ballistic {
   /// What the broad phase is told of, if not of all colliders.
   struct Others {

@@ -25,7 +25,7 @@ void Islands::find(std::span<const ColouredPair> pairs, std::size_t bodies) {
   count_ = 0;
   island_.resize(bodies);
   for (std::size_t i = 0; i < bodies; ++i) {
-    const auto parent = static_cast<std::size_t>(parent_[i]);
+    const auto parent = static_cast<std::size_t>(parent_[i]);  // its island is known by now
     island_[i] = parent == i ? static_cast<std::int32_t>(count_++) : island_[parent];
   }
   sizes_.assign(count_, 0);

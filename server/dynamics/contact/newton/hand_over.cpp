@@ -67,7 +67,7 @@ constexpr HandOverTolerances kHandOverTolerances;
 /// Iterations: at rest none, or one; more than these, and the soft step is as fast. One of a large
 /// island takes as long as five ticks of soft steps. Of heaps of 2000 cubes those that could be
 /// taken over were out of balance by 1e-5 to 9e-3 of their loads, and took up to four; the others
-/// by 5e-2 to 0.13, and 20 were not enough.
+/// by 5e-2 to 0.13, and 20 were not enough ("a large island is not tried").
 constexpr int kKeeping = 5, kTakingOver = 20, kTakingOverLarge = 6;
 constexpr double kUnbalanced = 0.02;
 

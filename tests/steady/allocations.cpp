@@ -11,7 +11,7 @@ std::atomic<std::size_t> count = 0;
 
 std::size_t cradle::test::allocations() { return count; }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef CRADLE_SANITIZED  // its malloc is its own
 
 void* operator new(std::size_t size) {
   ++count;

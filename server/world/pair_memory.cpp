@@ -110,11 +110,12 @@ bool PairMemory::is_apart(std::size_t k, const Pose& X_WA, const Pose& X_WB, dou
 
 void PairMemory::expect(std::size_t k) const {
   const KeptPair& pair = this->pair(k);
-  if (pair.is_worth_it == 0) return;
-  const bool may_hold = (pair.count > 0) & (pair.bears_m > 0);
-  if (!may_hold && pair.begins_at_axis == 0) return;
+  // It is chance, so: no branches. What is not needed is something that is there.
+  const bool may_hold = (pair.is_worth_it != 0) & (pair.count > 0) & (pair.bears_m > 0);
   const KeptManifold& manifold = manifolds_[place(k)];
-  fetch(&manifold, may_hold ? sizeof(manifold) : sizeof(manifold.n_A));
+  const void* const begins[] = {&pair, &manifold};
+  fetch(begins[may_hold | (pair.begins_at_axis != 0) ? 1 : 0], sizeof(manifold.n_A));
+  fetch(begins[may_hold ? 1 : 0], sizeof(manifold));
 }
 
 void PairMemory::keep(std::size_t k, const Pose& X_WA, const Pose& X_WB, double reach,

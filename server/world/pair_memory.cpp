@@ -114,7 +114,8 @@ void PairMemory::expect(std::size_t k) const {
   const bool may_hold = (pair.is_worth_it != 0) & (pair.count > 0) & (pair.bears_m > 0);
   const KeptManifold& manifold = manifolds_[place(k)];
   const void* const begins[] = {&pair, &manifold};
-  fetch(begins[may_hold | (pair.begins_at_axis != 0) ? 1 : 0], sizeof(manifold.n_A));
+  const bool is_read = may_hold | (pair.begins_at_axis != 0);
+  fetch(begins[is_read ? 1 : 0], sizeof(manifold.n_A));
   fetch(begins[may_hold ? 1 : 0], sizeof(manifold));
 }
 

@@ -86,8 +86,17 @@ class BoxGrid {
   /// The cells after x of a row among those beside it, and of the others. The first range begins
   /// with the boxes of x.
   Ranges ranges_from(std::size_t first, std::int32_t x, const Rows& others) const;
+  /// Overlaps of many boxes in one list: how many each has is chance, and to guess wrong where a
+  /// list ends is dear.
+  struct Found {
+    static constexpr std::size_t kPiece = 256, kEnough = 256;
+    std::array<std::uint32_t, kEnough + kPiece + kGridLanes> boxes, others;
+    std::size_t count = 0;
+  };
   template <class F>
-  bool visit_overlaps(std::uint32_t box, const Ranges& ranges, F& visit) const;
+  bool find_overlaps(std::uint32_t box, const Ranges& ranges, Found& found, F& visit) const;
+  template <class F>
+  bool visit_found(Found& found, F& visit) const;
   template <class F>
   bool visit_range(const Probe& probe, std::int32_t slot, Range range, F& visit) const;
 
@@ -151,25 +160,34 @@ inline BoxGrid::Ranges BoxGrid::ranges_from(std::size_t first, std::int32_t x,
 
 /// Of crowded cells in pieces: there is room for all that may be found at a time.
 template <class F>
-bool BoxGrid::visit_overlaps(std::uint32_t box, const Ranges& ranges, F& visit) const {
-  constexpr std::uint32_t kPiece = 256;
-  std::array<std::uint32_t, kPiece + kGridLanes> found;
-  const auto visit_found = [&](const Range* in, std::size_t ranges_in) {
-    const std::size_t count =
-        kernels_->find_overlaps({bounds_.data(), stride_}, box, in, ranges_in, found.data());
-    for (std::size_t k = 0; k < count; ++k) {
-      if (!visit(slots_[box], slots_[found[k]])) return false;
+bool BoxGrid::find_overlaps(std::uint32_t box, const Ranges& ranges, Found& found, F& visit) const {
+  const auto find = [&](const Range* in, std::size_t ranges_in) {
+    const std::size_t count = kernels_->find_overlaps({bounds_.data(), stride_}, box, in, ranges_in,
+                                                      found.others.data() + found.count);
+    for (std::size_t k = 0; k < count; k += kGridLanes) {  // once, nearly always
+      std::fill_n(found.boxes.begin() + found.count + k, kGridLanes, box);
     }
-    return true;
+    found.count += count;
+    return found.count < Found::kEnough || visit_found(found, visit);
   };
-  if (ranges.boxes() <= kPiece) return visit_found(ranges.ranges.data(), ranges.count);
+  if (ranges.boxes() <= Found::kPiece) return find(ranges.ranges.data(), ranges.count);
   for (std::size_t r = 0; r < ranges.count; ++r) {
     for (Range piece = ranges.ranges[r]; piece.begin < ranges.ranges[r].end;
          piece.begin = piece.end) {
-      piece.end = std::min(piece.begin + kPiece, ranges.ranges[r].end);
-      if (!visit_found(&piece, 1)) return false;
+      piece.end =
+          std::min(piece.begin + static_cast<std::uint32_t>(Found::kPiece), ranges.ranges[r].end);
+      if (!find(&piece, 1)) return false;
     }
   }
+  return true;
+}
+
+template <class F>
+bool BoxGrid::visit_found(Found& found, F& visit) const {
+  for (std::size_t k = 0; k < found.count; ++k) {
+    if (!visit(slots_[found.boxes[k]], slots_[found.others[k]])) return false;
+  }
+  found.count = 0;
   return true;
 }
 
@@ -219,6 +237,7 @@ std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit
   const std::size_t ny = axes_[1].size(), nx = axes_[0].size(), cells = begins_.size() - 1;
   const auto after = std::ranges::upper_bound(begins_, begin) - begins_.begin();
   std::int64_t looked_at = 0;
+  Found found;
   for (std::size_t row = static_cast<std::size_t>(after - 1) / nx;
        row * nx < cells && begins_[row * nx] < end; ++row) {
     const Rows others =
@@ -231,10 +250,11 @@ std::int64_t BoxGrid::join(std::size_t first_box, std::size_t end_box, F&& visit
       Ranges ranges = ranges_from(row * nx, x, others);
       for (std::uint32_t i = first; i < last; ++i) {
         ranges.ranges[0].begin = i + 1;
-        if (!visit_overlaps(i, ranges, visit)) return looked_at;
+        if (!find_overlaps(i, ranges, found, visit)) return looked_at;
       }
     }
   }
+  visit_found(found, visit);
   return looked_at;
 }
 

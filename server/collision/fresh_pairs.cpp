@@ -43,7 +43,8 @@ bool FreshPairs::find(const BroadPhaseInput& input, std::size_t most, std::vecto
   const auto adding_to = [&](std::vector<BodyPair>& found) {
     return [&](std::int32_t i, std::int32_t j) {
       if (overlap(input.boxes[index(i)], input.boxes[index(j)])) {
-        found.push_back({std::min(i, j), std::max(i, j)});
+        const std::int32_t ascending[] = {j, i, j}, first = i < j ? 1 : 0;  // it is chance
+        found.push_back({ascending[first], ascending[first + 1]});
       }
       return found.size() <= most;
     };

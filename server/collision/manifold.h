@@ -34,6 +34,13 @@ struct Manifold {
   std::uint64_t choice = 0;
   std::array<ContactPoint, kManifoldPoints> points;
 
+  /// Of what nothing is known yet.
+  void clear() {
+    part = choice = 0;
+    normal_W = Vector::UnitZ();
+    count = 0;
+    lead = 0;
+  }
   /// A copy of what is used: most pairs have no points.
   void copy_used(const Manifold& from) {
     part = from.part;
@@ -49,6 +56,8 @@ struct Manifold {
 class MadeManifolds {
  public:
   virtual ~MadeManifolds() = default;
+  /// Where one may be made, so that it need not be copied: then that is taken.
+  virtual Manifold& room(std::size_t key) = 0;
   virtual void take(std::size_t key, const Manifold& manifold) = 0;
 };
 

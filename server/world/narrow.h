@@ -44,6 +44,7 @@ class Narrow final : public MadeManifolds {
     fresh_.add(k, A, B, margin, hints);
   }
   void finish() { fresh_.finish(); }
+  Manifold& room(std::size_t k) override { return s_.manifolds[k]; }
   void take(std::size_t k, const Manifold& made) override {
     const std::size_t a = index(s_.pairs[k].a), b = index(s_.pairs[k].b);
     s_.set_manifold(k, made);

@@ -200,7 +200,7 @@ struct World::State {
   /// Of a pair of convex shapes.
   void set_manifold(std::size_t pair, const Manifold& manifold) {
     is_touching[pair] = manifold.count > 0 ? 1 : 0;
-    if (manifold.count > 0) manifolds[pair].copy_used(manifold);
+    if (manifold.count > 0 && &manifold != &manifolds[pair]) manifolds[pair].copy_used(manifold);
   }
   /// m: contacts of the pair are made this far ahead.
   double margin(const BodyPair& pair) const {

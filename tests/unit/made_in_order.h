@@ -12,6 +12,7 @@ namespace cradle {
 class InOrder final : public MadeManifolds {
  public:
   explicit InOrder(std::size_t count) : made(count) {}
+  Manifold& room(std::size_t key) override { return made[key]; }
   void take(std::size_t key, const Manifold& manifold) override { made[key] = manifold; }
   std::vector<Manifold> made;
 };

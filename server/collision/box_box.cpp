@@ -88,7 +88,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   const int lane = queue.waiting++;
   const bool met_by_edges = choice == kEdgesOfChoice;
   queue.pairs[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
-  choice = met_by_edges ? 0 : choice;
+  choice &= met_by_edges ? 0 : ~std::uint64_t{0};
   BoxPairBlock& b = queue.block;
   b.half_A[lane] = A.shape.parameters.data();
   b.half_B[lane] = B.shape.parameters.data();
@@ -97,7 +97,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
   b.margin[lane] = margin + foresight;
   b.last_set[lane] = static_cast<double>(choice & kSetOfChoice);
   b.last_faces[lane] = static_cast<double>(choice >> kBoxCandidates);
-  b.met_by_edges[lane] = met_by_edges ? 1 : 0;
+  b.met_by_edges[lane] = static_cast<double>(met_by_edges);
   if (queue.waiting == kBoxLanes) separate(queue);
 }
 
@@ -147,7 +147,8 @@ void BoxBatch::clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& p
   kernels_.clip(block, lanes.back() + 1);
   for (const int lane : lanes) {
     const Waiting& pair = pairs[static_cast<std::size_t>(lane)];
-    Manifold manifold;
+    Manifold& manifold = made_.room(pair.key);
+    manifold.clear();
     Facing{pair, block, lane}.meet(manifold);
     made_.take(pair.key, manifold);
   }
@@ -155,6 +156,7 @@ void BoxBatch::clip(BoxFaceBlock& block, const std::array<Waiting, kBoxLanes>& p
 
 Manifold box_box(const Collider& A, const Collider& B, double margin) {
   struct Only final : MadeManifolds {
+    Manifold& room(std::size_t) override { return manifold; }
     void take(std::size_t, const Manifold& made) override { manifold = made; }
     Manifold manifold;
   } only;

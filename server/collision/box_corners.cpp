@@ -53,7 +53,8 @@ struct Nearest {
 
 Vector clamped(const Vector& p, const Vector& half) { return p.cwiseMin(half).cwiseMax(-half); }
 Vector corner(const Vector& toward, const Vector& half) {
-  return (toward.array() < 0).select(-half, half);
+  return {cradle::toward(toward.x(), half.x()), cradle::toward(toward.y(), half.y()),
+          cradle::toward(toward.z(), half.z())};
 }
 
 /// Whether `d`, away from the box, is normal to it there.

@@ -85,6 +85,14 @@ SubStep sub_step_of(double h, double h_c) {
 
 double push_speed() { return kSoftTolerances.push_speed; }
 
+int sweeps_of(Past past, int sub_steps) {
+  int sweeps = sub_steps;
+  for (int sub_step = 0; sub_step < sub_steps; ++sub_step) {
+    sweeps += relaxing_sweeps(past, sub_step);
+  }
+  return sweeps;
+}
+
 template <class Real>
 void SoftBatch<Real>::advance(const ContactTick& tick, const BodyArrays& arrays,
                               std::span<const Matrix> inverse_inertia_W,

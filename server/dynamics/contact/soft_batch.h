@@ -23,6 +23,9 @@ enum class Past : std::uint8_t { lasts, parts, changes, none, rests };
 inline constexpr std::array kPasts{Past::lasts, Past::parts, Past::changes, Past::none,
                                    Past::rests};
 
+/// Over contacts, in a tick of so many sub-steps.
+int sweeps_of(Past past, int sub_steps);
+
 /// Its contacts are solved in double or in single precision; bodies stay in doubles, and of these
 /// what nothing changes keeps every bit. Owns no bodies; keeps its memory from batch to batch.
 template <class Real>

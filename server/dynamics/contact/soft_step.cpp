@@ -10,8 +10,10 @@
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "server/collision/index.h"
@@ -375,11 +377,17 @@ class SoftStep final : public SoftSolver {
         step(steps_[0], k, *tick.executor);
       }
     }
+    std::ranges::sort(small_, std::greater(), [this](std::size_t k) {  // the longest first
+      return sweeps_of(batches_[k].past, batches_[k].sub_steps);
+    });
     const std::size_t hands = std::min(index(tick.executor->threads()), small_.size());
     if (steps_.size() < hands) steps_.resize(hands);
+    std::atomic<std::size_t> next = 0;
     for_each_index(*tick.executor, hands, 1, [&](std::size_t hand) {
       SerialExecutor here;
-      for (std::size_t n = hand; n < small_.size(); n += hands) step(steps_[hand], small_[n], here);
+      for (std::size_t n; (n = next.fetch_add(1, std::memory_order_relaxed)) < small_.size();) {
+        step(steps_[hand], small_[n], here);
+      }
     });
     for (std::size_t k = 0; k < batches_.size(); ++k) {
       if (batches_[k].islands > 0) add(batches_[k], results_[k]);

@@ -86,7 +86,7 @@ void BoxBatch::add(std::size_t key, const Collider& A, const Collider& B, double
                    double foresight, std::uint64_t choice) {
   Queue& queue = queues_[choice != 0 ? 1 : 0];  // it is chance: no branch
   const int lane = queue.waiting++;
-  const bool met_by_edges = choice == kEdgesOfChoice;
+  const bool met_by_edges = choice == kEdgesOfChoice;  // likewise
   queue.pairs[static_cast<std::size_t>(lane)] = {key, &A.shape, &B.shape, &A.X_WB, &B.X_WB, margin};
   choice &= met_by_edges ? 0 : ~std::uint64_t{0};
   BoxPairBlock& b = queue.block;

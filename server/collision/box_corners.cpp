@@ -52,9 +52,8 @@ struct Nearest {
 };
 
 Vector clamped(const Vector& p, const Vector& half) { return p.cwiseMin(half).cwiseMax(-half); }
-Vector corner(const Vector& toward, const Vector& half) {
-  return {cradle::toward(toward.x(), half.x()), cradle::toward(toward.y(), half.y()),
-          cradle::toward(toward.z(), half.z())};
+Vector corner(const Vector& d, const Vector& half) {
+  return {toward(d.x(), half.x()), toward(d.y(), half.y()), toward(d.z(), half.z())};
 }
 
 /// Whether `d`, away from the box, is normal to it there.

@@ -164,9 +164,11 @@ bool BoxGrid::find_overlaps(std::uint32_t box, const Ranges& ranges, Found& foun
   const auto find = [&](const Range* in, std::size_t ranges_in) {
     const std::size_t count = kernels_->find_overlaps({bounds_.data(), stride_}, box, in, ranges_in,
                                                       found.others.data() + found.count);
-    for (std::size_t k = 0; k < count; k += kGridLanes) {  // once, nearly always
+    std::size_t k = 0;
+    do {  // once, nearly always
       std::fill_n(found.boxes.begin() + found.count + k, kGridLanes, box);
-    }
+      k += kGridLanes;
+    } while (k < count);
     found.count += count;
     return found.count < Found::kEnough || visit_found(found, visit);
   };

@@ -56,7 +56,7 @@ struct Manifold {
 class MadeManifolds {
  public:
   virtual ~MadeManifolds() = default;
-  /// Where one may be made, so that it need not be copied: then that is taken.
+  /// Where one may be made, so that it need not be copied: then that itself is given to `take`.
   virtual Manifold& room(std::size_t key) = 0;
   virtual void take(std::size_t key, const Manifold& manifold) = 0;
 };

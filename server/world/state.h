@@ -197,7 +197,7 @@ struct World::State {
     };
     return std::min(tolerance(a, of_a), tolerance(b, of_b));
   }
-  /// Of a pair of convex shapes.
+  /// Of a pair of convex shapes; it may have been made where it stays.
   void set_manifold(std::size_t pair, const Manifold& manifold) {
     is_touching[pair] = manifold.count > 0 ? 1 : 0;
     if (manifold.count > 0 && &manifold != &manifolds[pair]) manifolds[pair].copy_used(manifold);

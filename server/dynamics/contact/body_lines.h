@@ -67,6 +67,7 @@ class BodyLines {
   /// Likewise, where it came after that.
   void find_struck(double h, double smooth_factor);
   bool has_struck() const { return has_struck_; }
+  /// Either: it is chance, so no branch.
   bool is_struck(std::int32_t a, std::int32_t b) const {
     return (at(struck_, a) != 0) | (at(struck_, b) != 0);
   }

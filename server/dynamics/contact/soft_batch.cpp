@@ -86,6 +86,7 @@ SubStep sub_step_of(double h, double h_c) {
 double push_speed() { return kSoftTolerances.push_speed; }
 
 int sweeps_of(Past past, int sub_steps) {
+  if (past == Past::rests) return 0;
   int sweeps = sub_steps;
   for (int sub_step = 0; sub_step < sub_steps; ++sub_step) {
     sweeps += relaxing_sweeps(past, sub_step);

@@ -356,7 +356,8 @@ class SoftStep final : public SoftSolver {
   }
 
   /// Those with many contacts one after the other, each by all threads; those with few, of which a
-  /// falling heap has several, side by side.
+  /// falling heap has several, side by side: the longest first, each by whoever is free. Who that
+  /// is makes no difference: a batch writes what is its own.
   void step_batches(ContactTick tick, const BodyArrays& arrays,
                     std::span<const Matrix> inverse_inertia_W) {
     tick.islands_count = sizes_.size();
@@ -377,7 +378,7 @@ class SoftStep final : public SoftSolver {
         step(steps_[0], k, *tick.executor);
       }
     }
-    std::ranges::sort(small_, std::greater(), [this](std::size_t k) {  // the longest first
+    std::ranges::sort(small_, std::greater(), [this](std::size_t k) {
       return sweeps_of(batches_[k].past, batches_[k].sub_steps);
     });
     const std::size_t hands = std::min(index(tick.executor->threads()), small_.size());

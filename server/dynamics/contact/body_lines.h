@@ -69,7 +69,7 @@ class BodyLines {
   bool has_struck() const { return has_struck_; }
   /// Either: it is chance, so no branch.
   bool is_struck(std::int32_t a, std::int32_t b) const {
-    return (at(struck_, a) != 0) | (at(struck_, b) != 0);
+    return at(struck_, a) + at(struck_, b) > 0;
   }
   /// Takes back that bodies are struck, in islands whose contacts give no energy.
   void forgive_struck();

@@ -10,7 +10,6 @@
 #include "server/dynamics/contact/soft_step.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -356,8 +355,7 @@ class SoftStep final : public SoftSolver {
   }
 
   /// Those with many contacts one after the other, each by all threads; those with few, of which a
-  /// falling heap has several, side by side: the longest first, each by whoever is free. Who that
-  /// is makes no difference: a batch writes what is its own.
+  /// falling heap has several, side by side, the longest first.
   void step_batches(ContactTick tick, const BodyArrays& arrays,
                     std::span<const Matrix> inverse_inertia_W) {
     tick.islands_count = sizes_.size();
@@ -381,14 +379,12 @@ class SoftStep final : public SoftSolver {
     std::ranges::sort(small_, std::greater(), [this](std::size_t k) {
       return sweeps_of(batches_[k].past, batches_[k].sub_steps);
     });
-    const std::size_t hands = std::min(index(tick.executor->threads()), small_.size());
+    const auto small = static_cast<int>(small_.size());
+    const std::size_t hands = tick.executor->threads() > 1 ? small_.size() : 1;
     if (steps_.size() < hands) steps_.resize(hands);
-    std::atomic<std::size_t> next = 0;
-    for_each_index(*tick.executor, hands, 1, [&](std::size_t hand) {
+    tick.executor->for_ranges(small, 1, [&](int begin, int end) {
       SerialExecutor here;
-      for (std::size_t n; (n = next.fetch_add(1, std::memory_order_relaxed)) < small_.size();) {
-        step(steps_[hand], small_[n], here);
-      }
+      for (int n = begin; n < end; ++n) step(steps_[index(begin)], small_[index(n)], here);
     });
     for (std::size_t k = 0; k < batches_.size(); ++k) {
       if (batches_[k].islands > 0) add(batches_[k], results_[k]);
@@ -440,7 +436,7 @@ class SoftStep final : public SoftSolver {
   TickIslands own_islands_;
   const TickIslands* islands_ = nullptr;
   std::span<const std::uint8_t> which_;                       // islands
-  std::vector<BatchStep> steps_ = std::vector<BatchStep>(1);  // one a thread
+  std::vector<BatchStep> steps_ = std::vector<BatchStep>(1);  // of those side by side
   Settling settling_;
   std::vector<BodyMotion> motions_;  // by body, in the order of the tick's
   // By constraint:
